@@ -13,7 +13,7 @@ use super::records::{Kept, absent, fresh, text};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use skyway_engine::network::Topology;
-use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery, Seen};
+use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
 use skyway_service::access::{Caller, Owners, Role, TENANT_BYTES_MAX, is_tenant};
 use skyway_service::intake::{Expected, Faults, PageRequest, token};
 use skyway_service::refusal::{Code, Refusal};
@@ -390,14 +390,5 @@ fn check_payload(faults: &mut Faults, payload_max_kg: f64) {
     if number == Some(0.0) {
         let message = "nothing can be carried".to_owned();
         faults.add("out_of_range", "/payload_max_kg", message, None);
-    }
-}
-
-/// On what a decision about something else rests.
-fn seen(document: &Document) -> Seen {
-    Seen {
-        kind: document.kind,
-        id: document.id.clone(),
-        version: Some(document.version),
     }
 }

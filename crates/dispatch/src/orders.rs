@@ -2,15 +2,16 @@
 
 use super::Dispatch;
 use super::offers::{Availability, Sellers, no_offer};
-use super::quotes::{ACCEPTED, forbidden};
-use super::records::{Kept, Order, Progress, absent, fresh, text, timed_id};
+use super::quotes::{ACCEPTED, accepted_times, forbidden};
+use super::records::{Kept, Order, Progress, absent, fresh, seen, text, timed_id};
 use super::views::{Eyes, view};
 use super::wanted::Stated;
 use jiff::Timestamp;
 use skyway_contract::{
     Delivery, DeliveryOrder, DeliveryStatus, Id, Money, PublishedService, Quote, Recipient,
 };
-use skyway_registry::documents::{Commit, Committed, DocumentKind};
+use skyway_market::matching::Misfit;
+use skyway_registry::documents::{Commit, Committed, DocumentKind, Seen};
 use skyway_registry::store::{KeptReply, ReplyKey};
 use skyway_registry::{Reply, WriteOptions};
 use skyway_service::access::{Caller, is_tenant};
@@ -38,6 +39,8 @@ struct Errand {
     arrive_by: Option<String>,
     promised_at: Option<String>,
     service: Option<(String, String)>,
+    /// On which version of its service it is decided, so that none is ordered that is deleted meanwhile.
+    service_seen: Option<Seen>,
     price: Option<Money>,
     reason: Option<String>,
 }
@@ -54,23 +57,29 @@ impl Dispatch {
         manner: &WriteOptions,
     ) -> Result<Reply, Refusal> {
         let key = manner.key.as_deref();
-        if let Some(key) = key {
-            if key.is_empty() || key.len() > KEY_BYTES_MAX {
-                let detail = format!("the idempotency key has to have 1 to {KEY_BYTES_MAX} bytes");
-                return Err(Refusal::new(Code::ParameterInvalid, detail));
-            }
-            let kept = self.documents.kept_reply(&manner.subject, key).await?;
-            if let Some((fingerprint, reply)) = kept {
-                return repeated(&fingerprint, reply, manner);
-            }
+        if key.is_some_and(|key| key.is_empty() || key.len() > KEY_BYTES_MAX) {
+            let detail = format!("the idempotency key has to have 1 to {KEY_BYTES_MAX} bytes");
+            return Err(Refusal::new(Code::ParameterInvalid, detail));
+        }
+        if let Some(reply) = self.answered_before(manner).await? {
+            return Ok(reply);
         }
         let customer = caller.acts_for(order.customer.as_deref());
         let customer = customer.ok_or_else(forbidden)?;
         check_order(order, customer)?;
         for _ in 0..DECISIONS {
             let errand = match &order.quote_id {
-                Some(id) => self.quoted(caller, customer, id).await?,
-                None => self.requested(order).await?,
+                Some(id) => self.quoted(caller, customer, id).await,
+                None => self.requested(order).await,
+            };
+            let errand = match errand {
+                Ok(errand) => errand,
+                // The same request, sent twice at once, may have accepted the quote meanwhile.
+                Err(refusal) if refusal.code == Code::AlreadyExists => {
+                    let before = self.answered_before(manner).await?;
+                    return before.ok_or(refusal);
+                }
+                Err(refusal) => return Err(refusal),
             };
             let (commit, reply) = self.placing(customer, order, errand, manner).await?;
             match self.documents.commit(&commit).await? {
@@ -88,6 +97,16 @@ impl Dispatch {
         Err(contended())
     }
 
+    /// What the same request was answered before; none where it has no idempotency key, or was not answered.
+    async fn answered_before(&self, manner: &WriteOptions) -> Result<Option<Reply>, Refusal> {
+        let Some(key) = &manner.key else {
+            return Ok(None);
+        };
+        let kept = self.documents.kept_reply(&manner.subject, key).await?;
+        kept.map(|(fingerprint, reply)| repeated(&fingerprint, reply, manner))
+            .transpose()
+    }
+
     /// What a quote that is accepted is for.
     async fn quoted(&self, caller: &Caller, customer: &str, id: &str) -> Result<Errand, Refusal> {
         let quote = self.kept_quote(caller, id).await?;
@@ -98,25 +117,28 @@ impl Dispatch {
             let detail = format!("the quote '{id}' was accepted before");
             return Err(Refusal::new(Code::AlreadyExists, detail));
         }
+        let now = self.clock.now();
         let expires_at: Option<Timestamp> = quote.value.expires_at.parse().ok();
-        if expires_at.is_none_or(|expires_at| expires_at <= self.clock.now()) {
+        let Some(expires_at) = expires_at.filter(|expires_at| *expires_at > now) else {
             let detail = format!("the quote '{id}' held until {}", quote.value.expires_at);
             return Err(Refusal::new(Code::QuoteExpired, detail));
-        }
+        };
         let told = &quote.value;
         let request = &told.request;
+        let (start, promised_at) = accepted_times(told, expires_at, now);
+        let service = &request.service_id;
+        let seen = self.service_seen(service).await?;
+        let seen = seen.ok_or_else(|| offered_no_more(service, start))?;
         Ok(Errand {
             network: told.network.clone(),
             source: Some(request.source.clone()),
             destination: Some(request.destination.clone()),
             payload_kg: request.payload_kg,
-            start_time: request
-                .start_time
-                .as_deref()
-                .and_then(|time| time.parse().ok()),
+            start_time: Some(start),
             arrive_by: request.arrive_by.clone(),
-            promised_at: Some(told.arrives_at.clone()),
-            service: Some((request.service_id.clone(), told.provider.clone())),
+            promised_at: promised_at.map(|promised_at| promised_at.to_string()),
+            service: Some((service.clone(), told.provider.clone())),
+            service_seen: Some(seen),
             price: Some(told.price.clone()),
             reason: None,
             quote: Some(quote),
@@ -163,6 +185,15 @@ impl Dispatch {
             }
             None => self.cheapest(&wanted).await?.ok(),
         };
+        let service_seen = match &found {
+            Some((service, _)) => self.service_seen(&names(service).0).await?,
+            None => None,
+        };
+        // One that was deleted since it was looked at fills nothing.
+        let found = found.filter(|_| service_seen.is_some());
+        if let (None, Some(id)) = (&found, &order.service_id) {
+            return Err(offered_no_more(id, wanted.ready_at));
+        }
         let reason = found.is_none().then(|| NO_SERVICE.to_owned());
         let opens_at = found.as_ref().and_then(|(_, fit)| fit.opens_at);
         let (service, price) = match found {
@@ -179,9 +210,16 @@ impl Dispatch {
             arrive_by: order.arrive_by.clone(),
             promised_at: None,
             service,
+            service_seen,
             price,
             reason,
         })
+    }
+
+    /// The version of a service that is there; none where it was deleted.
+    async fn service_seen(&self, id: &str) -> Result<Option<Seen>, Refusal> {
+        let document = self.documents.document(DocumentKind::Service, id).await?;
+        Ok(document.map(|document| seen(&document)))
     }
 
     /// The commit that places an order, and what is answered.
@@ -194,7 +232,7 @@ impl Dispatch {
     ) -> Result<(Commit, KeptReply), Refusal> {
         let now = self.clock.now();
         let id = timed_id("d", now)?;
-        let quote = errand.quote.clone();
+        let (quote, service_seen) = (errand.quote.clone(), errand.service_seen.clone());
         let mut placed = Order {
             delivery: delivery(&id, customer, order, errand, now),
             dispatch: Progress::default(),
@@ -205,7 +243,10 @@ impl Dispatch {
         let kind = DocumentKind::Delivery;
         let body = (DeliveryStatus::Created.name(), text(&placed));
         let mut commit = Commit {
-            seen: vec![absent(kind, &id)],
+            seen: [absent(kind, &id)]
+                .into_iter()
+                .chain(service_seen)
+                .collect(),
             puts: vec![fresh(kind, &id, (customer, &provider), body, now)],
             messages: self.status_messages(&placed).await?,
             ..Commit::default()
@@ -246,6 +287,11 @@ impl Dispatch {
 fn names(service: &PublishedService) -> (String, String) {
     let id = service.id.clone().unwrap_or_default();
     (id, service.provider.clone().unwrap_or_default())
+}
+
+/// That a service is offered at no time any more.
+fn offered_no_more(service: &str, pickup_at: Timestamp) -> Refusal {
+    no_offer(&[Misfit::Validity { pickup_at }.of(service)])
 }
 
 fn delivery(

@@ -203,6 +203,25 @@ impl Kept<Quote> {
     }
 }
 
+/// From when the parcel of a quote may be picked up where it is accepted now, and the promised arrival: as much later as the
+/// pickup has come to be since the quote was composed, though never after the latest arrival.
+pub(super) fn accepted_times(
+    quote: &Quote,
+    expires_at: Timestamp,
+    now: Timestamp,
+) -> (Timestamp, Option<Timestamp>) {
+    let instant = |text: &str| text.parse::<Timestamp>().ok();
+    let stated = quote.request.start_time.as_deref().and_then(instant);
+    let ready_at = |since: Timestamp| stated.map_or(since, |stated| stated.max(since));
+    let quoted_at = expires_at.saturating_sub(HOLDS_FOR).unwrap_or(now);
+    let start = ready_at(now);
+    let later = start.duration_since(ready_at(quoted_at));
+    let arrives_at = instant(&quote.arrives_at).and_then(|at| at.saturating_add(later).ok());
+    let latest = quote.request.arrive_by.as_deref().and_then(instant);
+    let promised_at = arrives_at.map(|at| latest.map_or(at, |latest| at.min(latest)));
+    (start, promised_at)
+}
+
 /// When a drone leaves home to be at the pickup when the parcel is ready, at the earliest now. An edge tells the exact times.
 pub(super) fn departure(ready_at: Timestamp, fetch_m: f64, now: Timestamp) -> Timestamp {
     let fetch = SignedDuration::try_from_secs_f64(fetch_m / SPEED_MPS).unwrap_or_default();

@@ -50,11 +50,7 @@ impl<T: DeserializeOwned> Kept<T> {
 impl<T> Kept<T> {
     /// The version that a commit was decided on.
     pub(super) fn seen(&self) -> Seen {
-        Seen {
-            kind: self.document.kind,
-            id: self.document.id.clone(),
-            version: Some(self.document.version),
-        }
+        seen(&self.document)
     }
 }
 
@@ -299,6 +295,15 @@ pub(super) fn fresh(
         version: 1,
         changed_ms: now.as_millisecond(),
         body,
+    }
+}
+
+/// The version of a document that a commit was decided on.
+pub(super) fn seen(document: &Document) -> Seen {
+    Seen {
+        kind: document.kind,
+        id: document.id.clone(),
+        version: Some(document.version),
     }
 }
 

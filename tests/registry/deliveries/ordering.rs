@@ -1,13 +1,15 @@
 //! Searches, quotes and orders, and who sees them.
 
 use super::world::{NETWORK, SERVICE, World, customer, errand, of};
+use jiff::Timestamp;
 use serde_json::json;
 use skyway::access::Role;
 use skyway::intake::PageRequest;
 use skyway::refusal::Code;
 use skyway::registry::WriteOptions;
+use skyway::registry::documents::{Commit, Committed, DocumentKind};
 use skyway::wire::{
-    DeliveryOrder, DeliveryStatus, Id, OfferRank, ProofOfDelivery, QuoteRequest, Recipient,
+    DeliveryOrder, DeliveryStatus, Id, OfferRank, ProofOfDelivery, Quote, QuoteRequest, Recipient,
     ServiceSearch,
 };
 
@@ -133,6 +135,72 @@ async fn a_quote_is_accepted_once_and_in_time() {
         world.try_order(&stated_twice).await.unwrap_err().code,
         Code::PlanInvalid
     );
+}
+
+/// A quote for the shop, from a start time on where one is given.
+async fn quote_from(world: &World, start_time: Option<&str>) -> Quote {
+    let mut request = quoted();
+    request.start_time = start_time.map(str::to_owned);
+    let shop = customer("shop");
+    let quote = world.dispatch.create_quote(&shop, request);
+    quote.await.expect("a quote")
+}
+
+fn accepting(quote: &Quote) -> DeliveryOrder {
+    DeliveryOrder {
+        quote_id: Some(quote.id.clone()),
+        ..DeliveryOrder::default()
+    }
+}
+
+#[tokio::test]
+async fn a_quote_for_a_time_that_is_past_is_flown_from_now_on() {
+    let world = World::with_drones(&["depot"]).await;
+    let quote = quote_from(&world, Some("2026-11-27T15:00:00Z")).await;
+    let order = world.try_order(&accepting(&quote)).await.expect("an order");
+    assert_eq!(order.start_time, "2026-11-27T18:00:00Z");
+    world.assign().await;
+    assert_eq!(world.status(&order.id).await, DeliveryStatus::Assigned);
+}
+
+#[tokio::test]
+async fn a_quote_that_is_accepted_late_promises_as_much_later() {
+    // When the parcel is ready, and by how many seconds the promise is later where the quote is accepted after 240 s.
+    for (start_time, later_s) in [
+        (None, 240),
+        (Some("2026-11-27T15:00:00Z"), 240),
+        (Some("2026-11-27T18:03:00Z"), 60),
+        (Some("2026-11-27T19:00:00Z"), 0),
+    ] {
+        let world = World::with_drones(&["depot"]).await;
+        let quote = quote_from(&world, start_time).await;
+        world.pass(240);
+        let order = world.try_order(&accepting(&quote)).await.expect("an order");
+        let instant = |text: &str| text.parse::<Timestamp>().expect("an instant");
+        let promised_at = instant(&order.promised_at.expect("a promise"));
+        let later = promised_at.duration_since(instant(&quote.arrives_at));
+        assert_eq!(later.as_secs(), later_s, "{start_time:?}");
+    }
+}
+
+#[tokio::test]
+async fn a_quote_of_a_service_that_was_deleted_is_not_accepted() {
+    let world = World::with_drones(&["depot"]).await;
+    let quote = quote_from(&world, None).await;
+    let commit = Commit {
+        deletes: vec![(DocumentKind::Service, SERVICE.to_owned())],
+        ..Commit::default()
+    };
+    let committed = world.documents.commit(&commit).await;
+    assert_eq!(committed, Ok(Committed::Done));
+    let refused = world.try_order(&accepting(&quote)).await.unwrap_err();
+    assert_eq!(
+        (refused.code, refused.faults[0].code.as_str()),
+        (Code::NoOffer, "validity")
+    );
+    // Once it is offered again the quote still holds.
+    world.put_service(&json!({})).await;
+    world.try_order(&accepting(&quote)).await.expect("an order");
 }
 
 #[tokio::test]

@@ -3,9 +3,9 @@
 //! Deleted are the customer, its quotes and webhooks, and the recipients of its parcels; of its deliveries what could name a person.
 //! The deliveries themselves stay, as its providers' accounts need them.
 
-use super::{DECISIONS, contended, etag, seen};
+use super::{DECISIONS, contended, etag};
 use crate::Dispatch;
-use crate::records::{CALLING_OFF, GIVEN_UP, Kept, RESERVING, text};
+use crate::records::{CALLING_OFF, GIVEN_UP, Kept, RESERVING, seen, text};
 use serde::Deserialize;
 use serde_json::Value;
 use skyway_contract::{Customer, CustomerData, Delivery, DeliveryStatus, Quote, Recipient};
