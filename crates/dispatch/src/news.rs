@@ -287,6 +287,12 @@ fn assign_first(order: &mut Order, flight: &FlightNews, at: Timestamp) -> bool {
         return false;
     }
     order.dispatch.flights += 1;
+    // The times that the edge's answer would have promised are these, as long as the drop is still to come.
+    let is_before_drop = is_under_way(flight) && flight.stops_served < flight.stops;
+    if is_before_drop && leads_to_drop(order, flight) {
+        let promised_at = &mut order.delivery.promised_at;
+        promised_at.get_or_insert_with(|| flight.expected_at.clone());
+    }
     order.set_status(DeliveryStatus::Assigned, None, at, Some(flight.version))
 }
 
@@ -300,6 +306,10 @@ fn apply(
     // That it is taken on, the edge's answer says, with the times that are promised.
     let is_only_accepted = flight.state == PlanState::Accepted;
     let before = order.delivery.status;
+    // Who has departed is not called off any more, whatever an edge answers to that.
+    if !before.is_final() && is_under_way(flight) {
+        order.dispatch.is_called_off = false;
+    }
     let standing = fold(
         &Terms {
             status: before,
@@ -323,15 +333,12 @@ fn apply(
     if before.is_final() {
         return (standing, false);
     }
-    // The drop comes next once the parcel is on board. Before, an edge tells it unless that is where the flight ends, or the
-    // drone lands elsewhere.
+    // The drop comes next once the parcel is on board.
     let is_on_board = matches!(
         standing.status,
         DeliveryStatus::InFlight | DeliveryStatus::Holding
     );
-    let leads_to_drop =
-        order.delivery.destination.text() != order.dispatch.home && flight.outcome != "diverted";
-    if !standing.is_over && (is_on_board || leads_to_drop) {
+    if !standing.is_over && (is_on_board || leads_to_drop(order, flight)) {
         order.delivery.expected_at = Some(flight.expected_at.clone());
     }
     note_recomposition(order, flight, at);
@@ -349,6 +356,20 @@ fn apply(
     (standing, is_told)
 }
 
+/// Whether the drone of a flight has departed and is not back.
+fn is_under_way(flight: &FlightNews) -> bool {
+    match flight.state {
+        PlanState::Activated | PlanState::Nonconforming | PlanState::Contingent => true,
+        PlanState::Accepted | PlanState::Ended => false,
+    }
+}
+
+/// Whether an edge tells of a flight when it arrives at the drop, also before the pickup: not where that is where the flight
+/// ends, nor where the drone lands elsewhere.
+fn leads_to_drop(order: &Order, flight: &FlightNews) -> bool {
+    order.delivery.destination.text() != order.dispatch.home && flight.outcome != "diverted"
+}
+
 /// A flight that was taken on after its order was over is called off.
 fn note_orphan(order: &mut Order, now: Timestamp) {
     if order.delivery.status.is_final() && order.dispatch.asking == Asking::Nothing {
@@ -358,11 +379,10 @@ fn note_orphan(order: &mut Order, now: Timestamp) {
 
 /// Notes a version that another one was recomposed into, once.
 fn note_recomposition(order: &mut Order, flight: &FlightNews, at: Timestamp) {
-    let last = order.delivery.recompositions.last();
-    let is_known = last.is_some_and(|last| last.plan_version >= flight.version);
-    if is_known || flight.outcome == "composed" {
+    if order.dispatch.noted_version >= flight.version || flight.outcome == "composed" {
         return;
     }
+    order.dispatch.noted_version = flight.version;
     if order.delivery.recompositions.len() >= RECOMPOSITIONS_MAX {
         order.delivery.recompositions.remove(0);
     }

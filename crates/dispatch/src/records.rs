@@ -121,6 +121,8 @@ pub(super) struct Progress {
     pub(super) is_called_off: bool,
     /// Whether its edge did not answer in time: its flight is called off before another drone is looked for.
     pub(super) is_given_up: bool,
+    /// The last version of its flight's plan that was noted as a recomposition; 0 where none was. A next flight counts anew.
+    pub(super) noted_version: u32,
     /// Changes of its status so far.
     pub(super) changes: u64,
     pub(super) passed_over: Vec<PassedOverDrone>,
@@ -232,6 +234,7 @@ impl Order {
         self.delivery.expected_at = None;
         self.dispatch.asking = Asking::Nothing;
         self.dispatch.home.clear();
+        self.dispatch.noted_version = 0;
         self.dispatch.holds_since_ms = None;
         self.dispatch.next_look_ms = 0;
     }

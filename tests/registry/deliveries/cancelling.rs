@@ -67,6 +67,25 @@ async fn a_drone_that_has_departed_flies_on() {
 }
 
 #[tokio::test]
+async fn a_drone_that_departs_while_its_order_is_called_off_flies_on() {
+    let world = World::with_drones(&["depot"]).await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    let flight = world.whole_flight(&id, "depot").await;
+    world.edge.lose_questions(1);
+    let waiting = world.dispatch.cancel_delivery(&customer("shop"), &id).await;
+    assert_eq!(
+        waiting.expect("being called off").status,
+        DeliveryStatus::Assigned
+    );
+    world.tell(1, &flight[..2]).await;
+    let refused = world.dispatch.cancel_delivery(&customer("shop"), &id).await;
+    assert_eq!(refused.unwrap_err().code, Code::DeliveryStateConflict);
+    world.tell(3, &flight[2..]).await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Delivered);
+}
+
+#[tokio::test]
 async fn while_the_edge_is_silent_it_is_being_called_off() {
     let world = World::with_drones(&["depot"]).await;
     world.edge.lose_answers(1);

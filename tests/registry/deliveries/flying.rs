@@ -84,9 +84,12 @@ async fn a_drone_that_departs_before_its_edge_has_answered_was_assigned_first() 
     assert_eq!(world.status(&id).await, DeliveryStatus::Created);
     let plan = world.edge.plans().into_keys().next().expect("a plan");
     let departed = world.news_of(&id, plan, PlanState::Activated, 0);
+    let expected_at = departed.expected_at.clone();
     world.tell(1, &[departed]).await;
     assert_eq!(world.told(&id).await, ALL[..3]);
     let delivery = world.delivery(&id).await;
+    // No answer has promised anything.
+    assert_eq!(delivery.promised_at, Some(expected_at));
     let statuses: Vec<DeliveryStatus> = delivery
         .history
         .iter()
@@ -195,6 +198,29 @@ async fn recompositions_are_noted_once() {
         .map(|noted| (noted.plan_version, noted.outcome.as_str()))
         .collect();
     assert_eq!(noted, [(2, "rerouted"), (3, "hold")]);
+}
+
+#[tokio::test]
+async fn recompositions_of_the_next_flight_are_noted_too() {
+    let world = World::with_drones(&["depot", "roof"]).await;
+    let id = world.order("shop", "door").await;
+    for first in [1, 3] {
+        world.assign().await;
+        let mut rerouted = world.news(&id, PlanState::Activated, 0).await;
+        rerouted.version = 2;
+        rerouted.outcome = "rerouted".to_owned();
+        let mut over = rerouted.clone();
+        over.state = PlanState::Ended;
+        over.ended_as = Some(EndedAs::Lost);
+        world
+            .edge
+            .set(&over.plan_id, PlanState::Ended, Some(EndedAs::Lost));
+        world.tell(first, &[rerouted, over]).await;
+    }
+    let delivery = world.delivery(&id).await;
+    let noted = delivery.recompositions.iter();
+    let noted: Vec<u32> = noted.map(|noted| noted.plan_version).collect();
+    assert_eq!(noted, [2, 2]);
 }
 
 #[tokio::test]
