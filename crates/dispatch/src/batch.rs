@@ -224,6 +224,10 @@ impl Dispatch {
                 delivery.provider.clone_from(&service.provider);
                 delivery.price = Some(fit.price);
                 delivery.reason = None;
+                // As for an order that is filled at once: it waits for the opening, and its time counts from there.
+                if let Some(opens_at) = fit.opens_at {
+                    delivery.start_time = opens_at.to_string();
+                }
                 order.value.dispatch.next_look_ms = now.as_millisecond();
                 let change = Change {
                     order,

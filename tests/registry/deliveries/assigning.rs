@@ -298,6 +298,29 @@ async fn an_order_that_no_service_fits_waits_for_one() {
 }
 
 #[tokio::test]
+async fn an_order_that_is_filled_while_its_service_is_closed_waits_for_its_opening() {
+    let world = World::with_drones(&["depot"]).await;
+    world.put_service(&json!({"payload_max_kg": 0.5})).await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    // It is Friday, 18:00.
+    let hours = json!([{"days": ["SAT"], "from": "07:00", "until": "17:00"}]);
+    let closed = json!({"time_zone": "UTC", "hours": hours});
+    world.put_service(&closed).await;
+    world.pass(6);
+    world.assign().await;
+    let filled = world.delivery(&id).await;
+    assert_eq!(filled.service_id.as_deref(), Some(SERVICE));
+    assert_eq!(filled.start_time, "2026-11-28T07:00:00Z");
+    world.pass(151 * 60);
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+    world.pass(11 * 3_600);
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Assigned);
+}
+
+#[tokio::test]
 async fn the_cheapest_service_has_a_drone_that_can_fly() {
     let world = World::with_drones(&["depot"]).await;
     // Cheaper, and its provider has no drone.
