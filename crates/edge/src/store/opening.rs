@@ -21,6 +21,12 @@ const AIRFRAME: &str = "airframe";
 /// Numbers given in one start are fewer than this. Those of the next one begin after as many more, so that a
 /// number that was given and could not be stored is never given again.
 const NUMBERS_OF_A_START: u64 = 1_000_000_000;
+/// Fewer than these are given in a millisecond: those of a start also begin after all that were given by its epoch, so
+/// that an edge that was put back to a backup repeats none that others have from it.
+const NUMBERS_OF_A_MILLISECOND: u64 = 1_000;
+/// How much later the epoch of a start is, in milliseconds, where the clock was set back: the numbers of one start have
+/// room in between.
+const STARTS_APART_MS: u64 = NUMBERS_OF_A_START / NUMBERS_OF_A_MILLISECOND;
 
 /// Who this edge is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,7 +36,7 @@ pub(crate) struct Identity {
     pub(crate) id: String,
     /// The epoch of the first start: it is in the entity tags of all starts.
     pub(crate) lineage: u64,
-    /// The epoch of this start.
+    /// The epoch of this start: its instant in milliseconds since 1970, or later than that.
     pub(crate) epoch: u64,
     /// How many starts there were before.
     pub(crate) starts: u64,
@@ -49,7 +55,12 @@ impl Identity {
 
     /// After this number come those of this start.
     pub(crate) fn first_number(&self) -> u64 {
-        self.starts.saturating_mul(NUMBERS_OF_A_START)
+        let by_starts = self.starts.saturating_mul(NUMBERS_OF_A_START);
+        let by_clock = match self.starts {
+            0 => 0,
+            _ => self.epoch.saturating_mul(NUMBERS_OF_A_MILLISECOND),
+        };
+        by_starts.max(by_clock)
     }
 }
 
@@ -66,7 +77,8 @@ pub(crate) fn open_identity(
             let before: Identity = read("fact", EDGE, body)?;
             let next = match planted::is(Bug::KeepEpoch) {
                 true => before.epoch,
-                false => epoch.max(before.epoch + 1),
+                false if epoch > before.epoch => epoch,
+                false => before.epoch + STARTS_APART_MS,
             };
             Identity {
                 epoch: next,
@@ -168,4 +180,40 @@ pub(crate) fn stored_network(
         Arc::new(loaded.topology),
         Bytes::from(stored.geojson),
     )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A start over some facts, and the facts that it leaves.
+    fn start(facts: &[(String, String)], epoch: u64) -> (Identity, Vec<(String, String)>) {
+        let opened = open_identity(facts, "edge".to_owned(), epoch);
+        let (identity, row) = opened.expect("facts of an edge");
+        let body = row.body.expect("a row that is put");
+        (identity, vec![(EDGE.to_owned(), body)])
+    }
+
+    #[test]
+    fn an_edge_that_is_put_back_repeats_no_number() {
+        const DAY_MS: u64 = 86_400_000;
+        let first_ms = 1_795_000_000_000;
+        let (first, backup) = start(&[], first_ms);
+        assert_eq!(first.first_number(), 0);
+        let (lost, _) = start(&backup, first_ms + DAY_MS);
+        let (put_back, _) = start(&backup, first_ms + 2 * DAY_MS);
+        let given = put_back.first_number() - lost.first_number();
+        assert_eq!(given, DAY_MS * NUMBERS_OF_A_MILLISECOND);
+    }
+
+    #[test]
+    fn a_clock_that_was_set_back_leaves_room_for_the_numbers_of_a_start() {
+        let (_, mut facts) = start(&[], 1_795_000_000_000);
+        let mut last = 0;
+        for epoch in [1_795_000_000_001, 1_795_000_000_001, 7, 8] {
+            let (identity, left) = start(&facts, epoch);
+            assert!(identity.first_number() >= last + NUMBERS_OF_A_START);
+            (facts, last) = (left, identity.first_number());
+        }
+    }
 }
