@@ -3,6 +3,7 @@
 use super::Dispatch;
 use super::changes::Change;
 use super::records::{Asking, CALLING_OFF, GIVEN_UP, Kept, Order, RESERVING};
+use super::unheard::LookedAt;
 use jiff::Timestamp;
 use skyway_contract::DeliveryStatus;
 use skyway_registry::documents::{DocumentKind, DocumentQuery};
@@ -64,6 +65,8 @@ struct Rounds {
     asking: BTreeMap<String, EdgeName>,
     /// Those that answer to them.
     asked: JoinSet<String>,
+    /// How far flights were looked for that nothing is told of.
+    looked_at: LookedAt,
 }
 
 impl Rounds {
@@ -122,16 +125,20 @@ impl Dispatch {
                 Ok(orders) => self.ask_edges(orders, &mut rounds),
                 Err(refusal) => tracing::warn!(%refusal, "orders are not assigned"),
             }
+            if let Err(refusal) = self.end_unheard(&mut rounds.looked_at).await {
+                tracing::warn!(%refusal, "flights that nothing is told of are not ended");
+            }
             tokio::time::sleep(GATHERED_FOR).await;
         }
     }
 
-    /// Assigns drones once to all orders that wait, and asks their edges, one after the other. For those who drive it by
-    /// hand; [`Dispatch::run`] does it as orders come.
+    /// Ends flights that nothing is told of, assigns drones once to all orders that wait, and asks their edges, one after the
+    /// other. For those who drive it by hand; [`Dispatch::run`] does it as orders come.
     ///
     /// # Errors
     /// When the store does not answer.
     pub async fn assign_now(self: &Arc<Self>) -> Result<usize, Refusal> {
+        self.end_unheard(&mut LookedAt::default()).await?;
         let mut after = None;
         let mut asked = 0;
         loop {

@@ -40,7 +40,7 @@ impl Dispatch {
         provider: &str,
         states: &[FleetDroneState],
     ) -> Result<Vec<Kept<FleetDrone>>, Refusal> {
-        let mut query = drones_of(provider, states, AT_ONCE);
+        let mut query = drones_of(Some(provider), states, AT_ONCE);
         let mut drones = Vec::new();
         while drones.len() < DRONES_MAX {
             let page = self.next_drones(&mut query).await?;
@@ -90,7 +90,7 @@ impl Dispatch {
             let is_near = home.is_some_and(|home| wanted.errand.round_m(home).is_some());
             is_near && demand.fits(&drone.value, service)
         };
-        let mut query = drones_of(provider, &IN_SERVICE, LOOKED_AT_ONCE);
+        let mut query = drones_of(Some(provider), &IN_SERVICE, LOOKED_AT_ONCE);
         let mut looked_at = 0;
         while looked_at < DRONES_MAX {
             let page = self.next_drones(&mut query).await?;
@@ -105,6 +105,21 @@ impl Dispatch {
         Ok(false)
     }
 
+    /// A part of the drones that fly or are about to, of all providers, from where the last part ended.
+    ///
+    /// # Errors
+    /// As for [`Self::fleet`].
+    pub(super) async fn flying_drones(
+        &self,
+        after: &mut Option<String>,
+    ) -> Result<Vec<Kept<FleetDrone>>, Refusal> {
+        let mut query = drones_of(None, &FLYING, AT_ONCE);
+        query.after = after.take();
+        let drones = self.next_drones(&mut query).await?;
+        *after = query.after.filter(|_| drones.len() as u64 == AT_ONCE);
+        Ok(drones)
+    }
+
     async fn next_drones(
         &self,
         query: &mut DocumentQuery,
@@ -115,10 +130,10 @@ impl Dispatch {
     }
 }
 
-fn drones_of(provider: &str, states: &[FleetDroneState], limit: u64) -> DocumentQuery {
+fn drones_of(provider: Option<&str>, states: &[FleetDroneState], limit: u64) -> DocumentQuery {
     DocumentQuery {
         kind: DocumentKind::Drone,
-        of: Some(provider.to_owned()),
+        of: provider.map(str::to_owned),
         states: states
             .iter()
             .map(|&state| drone_state(state).to_owned())

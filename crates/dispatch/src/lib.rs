@@ -28,6 +28,7 @@ mod reserving;
 mod revoked_keys;
 mod statistics;
 mod tracks;
+mod unheard;
 mod views;
 mod wanted;
 mod ways;

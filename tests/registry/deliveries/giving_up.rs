@@ -225,3 +225,47 @@ async fn after_a_day_an_order_ends_though_its_edge_tells_nothing() {
         assert_eq!(drone, ("out_of_service".to_owned(), None));
     }
 }
+
+#[tokio::test]
+async fn after_a_day_without_news_a_flight_is_over() {
+    for (told, status) in [
+        (1, DeliveryStatus::Failed),
+        (3, DeliveryStatus::Failed),
+        (4, DeliveryStatus::Delivered),
+    ] {
+        let world = World::with_drones(&["depot"]).await;
+        let id = world.order("shop", "door").await;
+        world.assign().await;
+        let flight = world.whole_flight(&id, "depot").await;
+        world.tell(1, &flight[..told]).await;
+        let before = world.status(&id).await;
+        world.pass(23 * 3_600);
+        world.assign().await;
+        assert_eq!(world.status(&id).await, before, "told {told}");
+        assert_eq!(world.drone("swift:0").await.1, Some(id.clone()));
+        world.pass(2 * 3_600);
+        world.assign().await;
+        assert_eq!(world.status(&id).await, status, "told {told}");
+        let drone = world.drone("swift:0").await;
+        assert_eq!(drone, ("out_of_service".to_owned(), None), "told {told}");
+        // What is told of it afterwards changes nothing.
+        world.tell(told as u64 + 1, &flight[told..]).await;
+        assert_eq!(world.status(&id).await, status, "told {told}");
+        assert_eq!(world.drone("swift:0").await, drone, "told {told}");
+    }
+}
+
+#[tokio::test]
+async fn a_flight_that_something_is_told_of_each_day_goes_on() {
+    let world = World::with_drones(&["depot"]).await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    let flight = world.whole_flight(&id, "depot").await;
+    world.tell(1, &flight[..2]).await;
+    world.pass(20 * 3_600);
+    world.tell(3, &flight[2..3]).await;
+    world.pass(20 * 3_600);
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::InFlight);
+    assert_eq!(world.drone("swift:0").await.0, "in_flight");
+}
