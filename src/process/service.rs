@@ -19,8 +19,8 @@ use crate::api::server::{
 };
 use crate::clock::Clock;
 use crate::config::{
-    AirframeError, ClockMover, Configuration, EdgeConfig, Flight, Tokens, read_airframe,
-    read_authorities, read_bearer,
+    AirframeError, ClockMover, Configuration, EdgeConfig, Tokens, read_airframe, read_authorities,
+    read_bearer,
 };
 use crate::edge::sync::{Following, HttpAddress, HttpClient, SyncSettings};
 use crate::edge::{Edge, FEED_BYTES_MAX, FlightSettings, OpenError, Opening, Settings, SqliteFile};
@@ -86,8 +86,7 @@ impl Service {
             admin: admin.local_addr()?,
         };
         let clock = config.exposure().start_clock();
-        let flight = flight(&config.flight, config.clock.kind, config.plans.crossing_m)?;
-        let settings = Settings::of(&config, flight);
+        let settings = Settings::of(&config, flight(&config)?);
         let opening = Opening::new(topology, geojson, epoch(), settings, clock);
         let lock = config.store.as_deref().map(StoreLock::take);
         let lock = lock.transpose().map_err(OpenError::from)?;
@@ -301,11 +300,9 @@ fn server(config: &EdgeConfig) -> ServerConfig {
 }
 
 /// What flies, out of the configuration; none where the flight model is off.
-fn flight(
-    config: &Flight,
-    clock: ClockMover,
-    crossing_m: f64,
-) -> Result<Option<FlightSettings>, AirframeError> {
+fn flight(config: &EdgeConfig) -> Result<Option<FlightSettings>, AirframeError> {
+    let (clock, crossing_m) = (config.clock.kind, config.plans.crossing_m);
+    let config = &config.flight;
     let Some(name) = config.default_airframe() else {
         return Ok(None);
     };

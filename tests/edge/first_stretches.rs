@@ -51,7 +51,7 @@ async fn an_old_place_ages_whether_it_is_a_node_or_coordinates() {
     };
     let by_node = asked(json!({"node": "a3"})).await;
     let by_coordinates = asked(json!({"x": 300.0, "y": 0.0})).await;
-    for field in ["outcome", "path", "first_stretch_m", "remaining_length_m"] {
+    for field in ["outcome", "first_stretch_m", "remaining_length_m"] {
         assert_eq!(by_node[field], by_coordinates[field], "{field}");
     }
     assert_eq!(by_node["first_stretch_m"], 30.0);

@@ -162,6 +162,8 @@ async fn who_holds_keeps_its_pad_for_as_long_as_it_holds() {
         stage.pass(SignedDuration::from_secs(30)).await;
     }
     stage.deliver(probe()).await.expect_err("it still is");
+}
+
 /// By its plan it has left, by what it says it stands on its pad yet: it is not sent up into a zone.
 #[tokio::test]
 async fn a_late_drone_that_stands_on_its_pad_is_told_to_hold_there() {

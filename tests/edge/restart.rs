@@ -162,8 +162,9 @@ async fn everything_survives_a_restart() {
         assert_eq!(stage.edge.id(), id);
         assert!(revision.starts_with("7-"), "{revision}");
         let again = stage.edge.stamp().revision.into_owned();
+        let epoch = again.split('-').next().and_then(|it| it.parse().ok());
         assert!(
-            again.starts_with("8-"),
+            epoch.is_some_and(|epoch: u64| epoch > 7),
             "a later epoch, though the clock gives the same: {again}"
         );
         stage.edge.end().await;

@@ -54,7 +54,7 @@ const LAYERS: &[(&str, &str)] = &[
     ),
     (
         "registry",
-        "wire planted access network formats refusal intake clock",
+        "wire planted access network formats refusal intake clock config",
     ),
     (
         "dispatch",
