@@ -43,6 +43,10 @@ impl HttpEdges {
         }
     }
 
+    fn is_named(&self, url: &Url) -> bool {
+        self.named.iter().any(|it| it.origin() == url.origin())
+    }
+
     fn request(
         &self,
         edge: &EdgeAddress,
@@ -59,7 +63,7 @@ impl HttpEdges {
         let client = client.as_ref().map_err(|error| EdgeError::NotAnswered {
             detail: format!("cannot make a client of edges: {error}"),
         })?;
-        let is_named = self.named.iter().any(|it| it.origin() == url.origin());
+        let is_named = self.is_named(&url);
         let request = client.request(method, url);
         match &self.token {
             Some(token) if is_named => Ok(request.bearer_auth(token)),
@@ -122,6 +126,11 @@ impl HttpEdges {
 }
 
 impl EdgeClient for HttpEdges {
+    fn may_ask(&self, edge: &EdgeAddress) -> bool {
+        let url: Option<Url> = edge.url.parse().ok();
+        self.token.is_none() || url.is_some_and(|url| self.is_named(&url))
+    }
+
     fn compose<'a>(
         &'a self,
         edge: &'a EdgeAddress,
@@ -228,15 +237,19 @@ mod tests {
         let token = Some("sky_1".to_owned());
         let edges = HttpEdges::new(token, &origins);
         let open = HttpEdges::new(None, &[]);
+        let at = |url: &str| EdgeAddress {
+            id: "edge-1".to_owned(),
+            url: url.to_owned(),
+        };
         let shows = |edges: &HttpEdges, url: &str| {
-            let (id, url) = ("edge-1".to_owned(), url.to_owned());
-            let asked = edges.request(&EdgeAddress { id, url }, Method::GET, &["plans"], None)?;
+            let asked = edges.request(&at(url), Method::GET, &["plans"], None)?;
             let asked = asked.build().expect("a request");
             Ok::<bool, EdgeError>(asked.headers().contains_key("authorization"))
         };
         for named in ["http://127.0.0.1:8080", "http://edge-1.example:8443/below/"] {
             assert_eq!(shows(&edges, named).ok(), Some(true), "{named}");
             assert_eq!(shows(&open, named).ok(), Some(false), "{named}");
+            assert!(edges.may_ask(&at(named)) && open.may_ask(&at(named)));
         }
         for other in [
             "http://127.0.0.1:8081",
@@ -246,6 +259,7 @@ mod tests {
         ] {
             let refused = shows(&edges, other).expect_err(other);
             assert!(matches!(refused, EdgeError::NotAnswered { .. }), "{other}");
+            assert!(!edges.may_ask(&at(other)) && open.may_ask(&at(other)));
         }
     }
 }

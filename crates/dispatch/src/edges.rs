@@ -168,6 +168,11 @@ pub enum CalledOff {
 
 /// A client of edges.
 pub trait EdgeClient: Debug + Send + Sync {
+    /// Whether an edge is asked anything at all.
+    fn may_ask(&self, _edge: &EdgeAddress) -> bool {
+        true
+    }
+
     /// Composes a flight; with a drone the edge takes it on. One with an id is taken on once, however often it is asked for.
     fn compose<'a>(
         &'a self,

@@ -379,7 +379,15 @@ fn note_orphan(order: &mut Order, now: Timestamp) {
 
 /// Notes a version that another one was recomposed into, once.
 fn note_recomposition(order: &mut Order, flight: &FlightNews, at: Timestamp) {
-    if order.dispatch.noted_version >= flight.version || flight.outcome == "composed" {
+    let noted = match order.dispatch.noted_version {
+        // Of an order that was stored before this was counted.
+        0 if order.dispatch.flights <= 1 => {
+            let last = order.delivery.recompositions.last();
+            last.map_or(0, |last| last.plan_version)
+        }
+        noted => noted,
+    };
+    if noted >= flight.version || flight.outcome == "composed" {
         return;
     }
     order.dispatch.noted_version = flight.version;

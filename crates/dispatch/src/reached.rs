@@ -21,7 +21,8 @@ impl Dispatch {
             let age_ms = now_ms.saturating_sub(edge.heard_ms);
             let is_late = i128::from(age_ms) > HEARD_WITHIN.as_millis();
             let rank = if is_late { age_ms } else { 0 };
-            Some((rank, EdgeAddress { id: edge.edge, url }))
+            let edge = EdgeAddress { id: edge.edge, url };
+            self.edges.may_ask(&edge).then_some((rank, edge))
         });
         let first = reached.min_by(|one, other| (one.0, &one.1.id).cmp(&(other.0, &other.1.id)));
         first.map(|(_, edge)| edge).ok_or_else(|| {

@@ -36,9 +36,7 @@ impl Dispatch {
         }
         looked_at.at = Some(now);
         for drone in self.flying_drones(&mut looked_at.after).await? {
-            if is_silent(&drone.document, now) {
-                self.end_if_unheard(drone, now).await?;
-            }
+            self.end_if_unheard(drone, now).await?;
         }
         Ok(())
     }

@@ -289,9 +289,11 @@ impl Edge {
             // What else was known of it goes on to be.
             ..before.unwrap_or_else(|| Sighting::at(coordinates, seen_at))
         };
+        let airborne = sighting.airborne_now(seen_at);
         let sighting = Sighting {
             coordinates,
             seen_at,
+            airborne,
             rests: None,
             agreement: None,
             ..sighting

@@ -304,7 +304,13 @@ impl State {
         let means = self.means(airspace, now);
         let by = |progress| fleet::obstructed(plan, &progress, &means).by;
         let blocked = progress.and_then(by).is_some();
-        if blocked {
+        // One that may yet be flying what was withdrawn is not told to forget what it was told instead.
+        let is_closed = |version: &Arc<Version>| {
+            let ahead = progress::whole(version);
+            let by = self.planner.obstruction(means.scene, plan, version, ahead);
+            by.is_some()
+        };
+        if blocked || plan.sent.iter().any(is_closed) {
             return false;
         }
         let relieved = self.stay_on_way(plan);

@@ -19,6 +19,7 @@ use skyway_engine::network::SegmentIx;
 use skyway_engine::recompose::Outcome;
 use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// So many declined versions are answered by another one; then an operator is called.
 const DECLINES_ANSWERED: u32 = 2;
@@ -151,8 +152,7 @@ impl State {
         if plan.is_quote() {
             return Err(only_quoted(id));
         }
-        let newest = plan.versions().last().map_or(0, |newest| newest.number);
-        if version == 0 || version > newest {
+        if version == 0 || version >= plan.next_version.load(Ordering::Relaxed) {
             return Err(never_sent(&plan, version));
         }
         let declined = plan
@@ -166,8 +166,12 @@ impl State {
         let plan = self.hear_of_again(&plan);
         self.end_plan_alarms(&plan.id, &[AlarmKind::Unacknowledged]);
         if plan.is_as_planned() && plan.may_go_on() {
-            // It was offered, and need not be taken.
-            let plan = self.withdraw_wanted(&plan);
+            // It was offered, and need not be taken: what its drone does not fly takes nothing.
+            self.vacate(&plan.id, &declined);
+            let plan = self.keep_plan(PlanEntry {
+                wanted: None,
+                ..(*plan).clone()
+            });
             self.tell(EventKind::PlanDeclined, &plan);
             return Ok(Done::Plan(plan));
         }

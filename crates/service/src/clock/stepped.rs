@@ -63,11 +63,15 @@ impl SteppedClock {
     }
 
     /// Goes on after a restart from when the time was last known: it does not go back behind that, and a wall clock that was
-    /// so far ahead and not confirmed still is.
+    /// so far ahead and not confirmed still is, unless it shows that it was set right meanwhile.
     pub fn resume(&mut self, known: Timestamp, apart: Option<SignedDuration>) {
-        let apart = apart.unwrap_or(SignedDuration::ZERO);
-        let steady = self.steady.saturating_sub(apart).unwrap_or(self.steady);
-        self.steady = steady.max(known);
+        let wall = self.steady;
+        let apart = apart.filter(|&apart| match apart.is_negative() {
+            true => wall < known,
+            false => known.saturating_add(apart).is_ok_and(|ahead| ahead <= wall),
+        });
+        let steady = apart.and_then(|apart| wall.saturating_sub(apart).ok());
+        self.steady = steady.unwrap_or(wall).max(known);
     }
 
     /// Judges a reading of both clocks.
@@ -171,9 +175,12 @@ mod tests {
             assert_eq!((read.now, read.apart), (start() + s(121), Some(s(by))));
         }
         // Set right meanwhile.
-        let mut judge = SteppedClock::new(start() + s(2), at(0));
-        judge.resume(start(), Some(s(7_200)));
-        assert_eq!(judge.read(start() + s(2), at(0)).apart, None);
+        for by in [7_200, -7_200] {
+            let mut judge = SteppedClock::new(start() + s(600), at(0));
+            judge.resume(start(), Some(s(by)));
+            let read = judge.read(start() + s(601), at(1));
+            assert_eq!((read.now, read.apart), (start() + s(601), None));
+        }
     }
 
     #[test]

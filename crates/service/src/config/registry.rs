@@ -115,8 +115,8 @@ settings! {
         /// The file with the token that edges are asked with, which only its owner may read; its role there is
         /// operator. Empty for none, where edges ask for none.
         edge_token_file: Option<PathBuf> = None;
-        /// The addresses of edges that it may be sent to, such as https://edge-1.example:8443. Edges tell their own
-        /// address: one that is not named here is asked for no flight while there is a token.
+        /// The addresses of edges that it may be sent to: scheme, host and port, with commas between them. Edges tell their
+        /// own address: one that is not named here is asked for no flight while there is a token.
         edge_origins: Names = Names::default();
         /// Call webhooks without encryption and at private addresses, too: for a demo, or a network of one's own.
         webhooks_anywhere: bool = false;
