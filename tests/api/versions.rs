@@ -28,6 +28,13 @@ async fn a_zone_is_changed_only_by_who_has_seen_its_version() {
         assert_eq!(told["errors"][0]["pointer"], "if-match", "{told}");
         assert!(told["errors"][0]["hint"].is_string(), "{told}");
     }
+    for other in ["W/\"b,RY`\"", "\"a\" , W/\"b\""] {
+        let other = [("if-match", other)];
+        let told = api
+            .ask("PUT /v1/zones/z1", &other, &wider.to_string())
+            .await;
+        told.is(412);
+    }
     let seen = [("if-match", first.as_str())];
     let second = story.ask("PUT /v1/zones/z1", &seen, &wider).await.is(200);
     let second = second.header("etag").expect("an entity tag").to_owned();

@@ -134,10 +134,25 @@ pub(in crate::api) fn accepted(headers: &HeaderMap, offered: &[&str]) -> Option<
     })?
 }
 
-/// Whether `If-Match` may name it (RFC 9110, 8.8.3 and 13.1.1).
-fn is_tag(text: &str) -> bool {
-    let opaque = text.strip_prefix("W/").unwrap_or(text);
-    text == "*" || (opaque.len() > 1 && opaque.starts_with('"') && opaque.ends_with('"'))
+/// The first of a list of entity tags that is none (RFC 9110, 8.8.3 and 13.1.1); a tag may have commas between its quotes.
+fn not_a_tag(list: &str) -> Option<&str> {
+    let is_between = |letter: char| [' ', '\t', ','].contains(&letter);
+    let mut rest = list;
+    loop {
+        rest = rest.trim_start_matches(is_between);
+        if rest.is_empty() {
+            return None;
+        }
+        let opaque = rest.strip_prefix("W/").unwrap_or(rest);
+        let after = match opaque.strip_prefix('"') {
+            Some(quoted) => quoted.split_once('"').map(|(_, after)| after),
+            None => rest.strip_prefix('*'),
+        };
+        match after.filter(|after| after.is_empty() || after.starts_with(is_between)) {
+            Some(after) => rest = after,
+            None => return rest.split(is_between).next(),
+        }
+    }
 }
 
 /// `If-Match` as it is sent; several headers count as one list.
@@ -151,11 +166,7 @@ pub(in crate::api) fn if_match(headers: &HeaderMap) -> Result<Option<String>, Re
                 "the header is not plain text".to_owned(),
             )
         })?;
-        if let Some(tag) = line
-            .split(',')
-            .map(str::trim)
-            .find(|tag| !tag.is_empty() && !is_tag(tag))
-        {
+        if let Some(tag) = not_a_tag(line) {
             let message = format!("'{tag}' is no entity tag");
             let hint = "write it as ETag has it, in quotes; * stands for any";
             return Err(hinted("header_invalid", "if-match", message, hint));
