@@ -80,7 +80,7 @@ fn a_local_answer_that_cannot_be_flown_falls_back_stage_by_stage() {
     }
 }
 
-/// Nobody lands before what `lower_bound` says, whichever way is flown.
+/// No plan lands before what `lower_bound` says, whichever way is flown.
 #[test]
 fn the_bound_of_a_local_answer_is_that_of_every_way() {
     let mut nodes = TWO_WAYS_AROUND.to_vec();

@@ -19,14 +19,18 @@ async fn waiting() -> Stage {
 /// The same, and its first leg is closed.
 async fn shut_in() -> Stage {
     let stage = waiting().await;
-    let draft = json!({"id": "works", "segments": ["s0-s1"], "reason": "works"});
+    close(&stage, "s0-s1").await;
+    stage
+}
+
+async fn close(stage: &Stage, segment: &str) {
+    let draft = json!({"id": "works", "segments": [segment], "reason": "works"});
     let draft = serde_json::from_value(draft).expect("a draft");
     let closed = stage
         .edge
         .close(&stage.caller, draft, Idempotency::default());
     closed.await.expect("a closure");
     stage.settle().await;
-    stage
 }
 
 /// It tells where it stands for some seconds.
@@ -146,13 +150,7 @@ async fn who_holds_keeps_its_pad_for_as_long_as_it_holds() {
     let stage = on(&street(&[1, 1, 1]));
     let asked = json!({"id": "p", "drone_id": "d", "source": "s1", "destination": "s2"});
     stage.deliver(asked).await.expect("a plan");
-    let draft = json!({"id": "works", "segments": ["s1-s2"], "reason": "works"});
-    let draft = serde_json::from_value(draft).expect("a draft");
-    let closed = stage
-        .edge
-        .close(&stage.caller, draft, Idempotency::default());
-    closed.await.expect("a closure");
-    stage.settle().await;
+    close(&stage, "s1-s2").await;
     let held = takes_over(&stage).await;
     assert_eq!(held.reported.outcome, "hold");
     let probe = || json!({"drone_id": "probe", "source": "s0", "destination": "s0", "stops": [{"node": "s1", "service_s": 60.0}]});

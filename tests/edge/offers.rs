@@ -2,7 +2,7 @@
 
 use crate::flights_change::{acknowledge, lift};
 use crate::flying::{instant, on, street, windowed};
-use crate::stage::{DAWN, WAIT_AT_MOST, circle, names, node, segment};
+use crate::stage::{DAWN, Stage, WAIT_AT_MOST, circle, names, node, segment};
 use jiff::SignedDuration;
 use serde_json::json;
 use skyway::network::NetworkDraft;
@@ -77,8 +77,8 @@ async fn every_plan_has_its_turn_to_be_offered_a_better_one() {
     assert!(stage.plan("p000").wanted.is_none());
 }
 
-#[tokio::test]
-async fn an_offer_may_be_taken() {
+/// A plan around a zone that was lifted then, and the version that is offered for it.
+async fn offered() -> (Stage, u32) {
     let stage = on(&block());
     let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
     let request = json!({"id": "p", "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
@@ -87,6 +87,12 @@ async fn an_offer_may_be_taken() {
     lift(&stage, &ack, "fire").await;
     while events.next().await.expect("more").expect("no gap").kind != EventKind::PlanOffered {}
     let version = stage.plan("p").wanted.expect("an offer").version;
+    (stage, version)
+}
+
+#[tokio::test]
+async fn an_offer_may_be_taken() {
+    let (stage, version) = offered().await;
     let plan = acknowledge(&stage, "p", version).await;
     assert_eq!(names(&plan.reported.path.nodes), ["s0", "s1", "s2"]);
     assert!(plan.flags.is_empty());
@@ -94,14 +100,7 @@ async fn an_offer_may_be_taken() {
 
 #[tokio::test]
 async fn who_declines_an_offer_flies_on_as_before() {
-    let stage = on(&block());
-    let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
-    let request = json!({"id": "p", "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
-    stage.deliver(request).await.expect("a plan");
-    let mut events = stage.edge.events(None).expect("a stream");
-    lift(&stage, &ack, "fire").await;
-    while events.next().await.expect("more").expect("no gap").kind != EventKind::PlanOffered {}
-    let version = stage.plan("p").wanted.expect("an offer").version;
+    let (stage, version) = offered().await;
     let decline = serde_json::from_value(json!({"version": version})).expect("a decline");
     let declined = stage.edge.decline_plan(&stage.caller, "p", decline).await;
     declined.expect("declined");

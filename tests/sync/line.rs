@@ -47,7 +47,7 @@ struct Doing {
     news: Vec<NewsEntry>,
     refuses_news: Option<u64>,
     takes_no_positions: bool,
-    /// So many positions at once are too long a body.
+    /// A batch of this many positions is too long a body.
     too_many_positions: Option<usize>,
     positions: Vec<PositionBatch>,
 }
