@@ -8,6 +8,7 @@ It starts the edge itself, on free ports, once for every part, and ends it by SI
 """
 
 import argparse
+import os
 import pathlib
 import subprocess
 import sys
@@ -22,7 +23,7 @@ import parity
 from checks import Checks
 from edge_process import ROOT, EdgeProcess
 
-BINARY = ROOT / "target/release/skyway"
+BINARY = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release/skyway"
 SCHEMATHESIS = pathlib.Path(sys.executable).with_name("schemathesis")
 SETTINGS = pathlib.Path(__file__).with_name("schemathesis.toml")
 SEED = 20261121
