@@ -7,7 +7,7 @@
 //! ```
 
 use skyway::airspace::{Airspace, Change, Closure, Hits, Zone, ZoneDraft, ZoneGeometry};
-use skyway::flight::{FailureReport, FailureType, Location};
+use skyway::flight::{Aloft, FailureReport, FailureType, Location};
 use skyway::geo::{AltitudeBand, Point};
 use skyway::network::{NodeIx, Topology, sketch};
 use skyway::recompose::{
@@ -141,6 +141,29 @@ fn an_obstacle_behind_lets_it_fly_on() {
     assert_eq!(map.letters(&answer), "BE");
     assert_eq!(answer.first_stretch_m, 100.0);
     assert_eq!(answer.remaining_length_m, Some(300.0));
+}
+
+/// Up to 50 m past or beside the end of its leg it counts as on it, and has to come back all the same.
+#[test]
+fn past_the_end_of_its_leg_it_comes_back_as_far_as_it_is_away() {
+    for (place, stretch_m) in [
+        ((430.0, 0.0), 30.0),
+        ((400.0, 24.0), 24.0),
+        ((424.0, 32.0), 40.0),
+    ] {
+        let map = Map::new();
+        let location = Location::At(Point::new(place.0, place.1));
+        let answer = map.answer(&map.request(FailureType::ServiceLevel, location));
+        assert_eq!(map.letters(&answer), "BE", "at {place:?}");
+        assert_eq!(answer.first_stretch_m, stretch_m, "at {place:?}");
+        let begin = answer.reentry.map(|reentry| reentry.stretch.begin);
+        assert_eq!(begin, Some(Point::new(place.0, place.1)));
+    }
+    // One that has landed stands at the node, as near to it as places are exact.
+    let map = Map::new();
+    let mut landed = map.request(FailureType::ServiceLevel, on_leg(410.0));
+    landed.circumstances.aloft = Aloft::Grounded;
+    assert_eq!(map.answer(&landed).first_stretch_m, 0.0);
 }
 
 #[test]

@@ -283,7 +283,7 @@ class Reading:
             if self.where == "unknown" and any(cause.interval is not None for cause in self.causes):
                 # It is unknown on which side of that it is, or whether it is inside.
                 back = "maybe"
-            self.starts.append(Start(self.a, self.far_m, back, "leg"))
+            self.starts.append(Start(self.a, self.away(self.far_m), back, "leg"))
         onward = weaker(weaker(self.enterable(self.b), self.free(self.at_m, self.length_m)), self.onward_causes())
         if self.closed_nodes.get(self.a, "no") != "no" and onward == "yes":
             # What closes A closes the leg, and lies behind.
@@ -295,7 +295,11 @@ class Reading:
             back = weaker("maybe", back)
             self.starts[-1].allowed = back
             onward = weaker(weaker(self.enterable(self.b), self.onward_causes()), "maybe")
-        self.starts.append(Start(self.b, self.length_m - self.at_m, onward, "leg"))
+        self.starts.append(Start(self.b, self.away(self.length_m - self.at_m), onward, "leg"))
+
+    def away(self, along_m: float) -> float:
+        """How far it is to an end of the leg: past or beside that it is no nearer than it is to the leg."""
+        return max(along_m, self.aside_m) if self.where == "leg" else along_m
 
     def may_have_passed(self) -> bool:
         """Whether it may have passed since what it saw ahead when it told its place."""
@@ -322,8 +326,8 @@ class Reading:
                 onward, self.longer = "no", (self.b, self.a)
             else:
                 back, self.longer = "no", (self.a, self.b)
-        self.starts.append(Start(self.a, self.far_m, back, "leg"))
-        self.starts.append(Start(self.b, self.length_m - self.at_m, onward, "leg"))
+        self.starts.append(Start(self.a, self.away(self.far_m), back, "leg"))
+        self.starts.append(Start(self.b, self.away(self.length_m - self.at_m), onward, "leg"))
         if self.where == "node":
             self._other_ways_out()
         if back != "yes" and onward != "yes":

@@ -187,7 +187,8 @@ fn place(draw: &mut Draw, ends: (Spot, Spot)) -> Place {
         4 => 60.0 + draw.unit() * 200.0,
         _ => draw.unit() * 30.0,
     };
-    let spot = between(ends.0, ends.1, draw.unit());
+    // From a little before it to a little past it.
+    let spot = between(ends.0, ends.1, draw.unit() * 1.2 - 0.1);
     let length_m = apart_m(ends.0, ends.1);
     let across = (
         (ends.1.1 - ends.0.1) / length_m,

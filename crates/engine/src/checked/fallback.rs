@@ -3,7 +3,8 @@
 use super::convert::{Known, check_answer, stands_at};
 use crate::airspace::Airspace;
 use crate::checker::Fault;
-use crate::flight::{Aloft, FirstStretch, Location, Reentry, StretchKind, StretchLeg};
+use crate::flight::{Aloft, Location, Reentry, StretchLeg};
+use crate::geo::Point;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{
     Fallback, Outcome, Recomposition, Request, Scratch, Strategy, UnsafeCode, UnsafeWay, World,
@@ -193,7 +194,8 @@ fn stay(
 struct Ends {
     leg: StretchLeg,
     length_m: f64,
-    begin: crate::geo::Point,
+    begin: Point,
+    off_m: f64,
     is_known: bool,
 }
 
@@ -201,9 +203,9 @@ impl Ends {
     fn of(request: &Request, topology: &Topology) -> Self {
         let (from, to) = request.report.leg;
         let ends = (topology.position(from), topology.position(to));
-        let fraction = match request.report.location {
-            Location::At(place) => place.fraction_along(ends.0, ends.1),
-            Location::LegStart | Location::Unknown => 0.0,
+        let (fraction, begin) = match request.report.location {
+            Location::At(place) => (place.fraction_along(ends.0, ends.1), place),
+            Location::LegStart | Location::Unknown => (0.0, ends.0),
         };
         let segment = topology.segment_between(from, to);
         let straight_m = ends.0.distance_m(ends.1);
@@ -215,7 +217,8 @@ impl Ends {
                 fraction,
             },
             length_m: segment.map_or(straight_m, |segment| topology.segment(segment).length_m),
-            begin: ends.0.towards(ends.1, fraction),
+            begin,
+            off_m: begin.distance_m(ends.0.towards(ends.1, fraction)),
             is_known: request.report.location != Location::Unknown,
         }
     }
@@ -226,18 +229,9 @@ impl Ends {
         } else {
             1.0 - self.leg.fraction
         };
-        let length_m = if self.is_known { share } else { 1.0 } * self.length_m;
-        if length_m <= 0.0 {
-            return Reentry::at_node(node, self.begin, Some(self.leg));
-        }
-        let stretch = FirstStretch {
-            kind: StretchKind::Leg,
-            leg: Some(self.leg),
-            length_m,
-            overrun_m: 0.0,
-            begin: self.begin,
-        };
-        Reentry { node, stretch }
+        let along_m = if self.is_known { share } else { 1.0 } * self.length_m;
+        let lengths_m = (along_m.max(self.off_m), 0.0);
+        Reentry::along(node, self.leg, self.begin, lengths_m)
     }
 
     /// On to the end of the leg, and then as planned; from its start where the drone is still there.

@@ -44,18 +44,20 @@ pub(super) fn check(claim: &Claim<'_>, drone: &Drone<'_>, sky: &Sky<'_>) -> Resu
         return Err(Fault::figures(Rule::BeginsAtDrone, place, stated, most));
     }
     let leg = OnLeg::of(drone, sky);
-    let is_there = drone.stands_at == Some(first) || is_at(drone, &leg, sky, first);
+    let is_there = drone.stands_at == Some(first) || is_at(drone, sky, first);
     if stretch.kind == StretchKind::None || (is_there && stretch.length_m <= SAME_M) {
         if !is_there || stretch.length_m > SAME_M {
             return Err(elsewhere);
         }
         return Ok(Begun::at(stretch));
     }
-    if sky.closes_node(first) {
+    // Past the end of its leg it comes back to a node over which it has flown.
+    let comes_back = stretch.kind == StretchKind::Leg && is_past(&leg, drone, first);
+    if sky.closes_node(first) && !comes_back {
         return Err(Fault::new(Rule::ClosedNode, Place::Node(first)));
     }
     if let Some(other) = stretch.leg.filter(|other| *other != drone.leg) {
-        return match is_at(drone, &leg, sky, other.0) {
+        return match is_at(drone, sky, other.0) {
             true => along_another(&stretch, drone, other, sky),
             false => Err(elsewhere),
         };
@@ -105,19 +107,23 @@ impl Begun {
 }
 
 /// Whether the drone is at a node.
-fn is_at(drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>, node: NodeIx) -> bool {
-    let at_end = |fraction: f64, end: NodeIx| {
-        let off_end_m = |flown: f64| (flown - fraction).abs() * leg.length_m;
-        let is_near = leg.flown.is_some_and(|flown| off_end_m(flown) <= SAME_M);
-        end == node && leg.off_m <= OFF_LEG_M && is_near
-    };
-    let is_over = match drone.at {
+fn is_at(drone: &Drone<'_>, sky: &Sky<'_>, node: NodeIx) -> bool {
+    match drone.at {
         Whereabouts::At(place) => {
             place.distance_m(sky.airspace.topology().position(node)) <= SAME_M
         }
-        Whereabouts::LegStart | Whereabouts::Unknown => false,
+        Whereabouts::LegStart => drone.leg.0 == node,
+        Whereabouts::Unknown => false,
+    }
+}
+
+/// Whether a node is the end of the leg that the drone is past or beside, as near as it may be on it.
+fn is_past(leg: &OnLeg, drone: &Drone<'_>, node: NodeIx) -> bool {
+    let is_end = |fraction: f64, end: NodeIx| {
+        let off_end_m = |flown: f64| (flown - fraction).abs() * leg.length_m;
+        end == node && leg.flown.is_some_and(|flown| off_end_m(flown) <= SAME_M)
     };
-    is_over || at_end(0.0, drone.leg.0) || at_end(1.0, drone.leg.1)
+    leg.off_m <= OFF_LEG_M && (is_end(0.0, drone.leg.0) || is_end(1.0, drone.leg.1))
 }
 
 /// Along the leg: to its start or to its end.
@@ -187,15 +193,19 @@ fn along(stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>) -> Re
     })
 }
 
-/// How long the way to an end of the leg is: for the way back an old place counts as farther on.
+/// How long the way to an end of the leg is: for the way back an old place counts as farther on, and past an end it is as far
+/// as the drone is off the leg.
 fn along_m(way: Way, stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg) -> f64 {
     let Some(flown) = leg.flown else {
         return leg.length_m;
     };
     let flown_m = flown * leg.length_m;
     match way {
-        Way::Back => (flown_m + drone.drift_m).min(leg.length_m) + 2.0 * stretch.overrun_m,
-        Way::On => leg.length_m - flown_m,
+        Way::Back => {
+            let back_m = (flown_m + drone.drift_m).min(leg.length_m);
+            back_m.max(leg.off_m) + 2.0 * stretch.overrun_m
+        }
+        Way::On => (leg.length_m - flown_m).max(leg.off_m),
     }
 }
 

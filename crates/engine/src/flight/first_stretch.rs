@@ -10,6 +10,9 @@ use crate::network::{NodeIx, SegmentIx};
 /// A drone that has less than this share of a segment left is taken to have this much.
 const LEAST_SHARE: f64 = 0.05;
 
+/// A drone within this, in metres, is at a node: places are no more exact.
+const AT_NODE_M: f64 = 1e-3;
+
 /// How a first stretch runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StretchKind {
@@ -80,6 +83,28 @@ impl Reentry {
                 length_m: 0.0,
                 overrun_m: 0.0,
                 begin: place,
+            },
+        }
+    }
+
+    /// Along its leg from a place for so many metres, an overrun there and back included; at the node where they are none.
+    pub fn along(
+        node: NodeIx,
+        leg: StretchLeg,
+        begin: Point,
+        (length_m, overrun_m): (f64, f64),
+    ) -> Self {
+        if length_m <= AT_NODE_M {
+            return Self::at_node(node, begin, Some(leg));
+        }
+        Self {
+            node,
+            stretch: FirstStretch {
+                kind: StretchKind::Leg,
+                leg: Some(leg),
+                length_m,
+                overrun_m,
+                begin,
             },
         }
     }

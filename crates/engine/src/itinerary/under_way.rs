@@ -9,8 +9,8 @@ impl FlightSetting {
     /// The start at the end of a way back into the network, begun with a battery at an instant: its metres, its time and what it draws in
     /// the wind of then.
     ///
-    /// Part of a leg takes that part of its time and energy. An overrun is flown on along the leg and back. What is no part of a
-    /// segment is flown level.
+    /// Part of a leg takes that part of its time and energy, and so does as much that is flown from past its end. An overrun is
+    /// flown on along the leg and back. What is no part of a segment is flown level.
     ///
     /// # Errors
     /// Where it cannot be flown.
@@ -33,14 +33,13 @@ impl FlightSetting {
         if stretch.kind == StretchKind::None {
             return Ok(start);
         }
-        match stretch.leg.and_then(|leg| Some((leg, leg.segment?))) {
+        let on_leg = stretch.leg.and_then(|leg| Some((leg, leg.segment?)));
+        let segment_m = |segment: SegmentIx| self.topology().segment(segment).length_m;
+        match on_leg.filter(|(_, segment)| segment_m(*segment) > 0.0) {
             Some((leg, segment)) => {
-                let length_m = self.topology().segment(segment).length_m;
-                let overrun = match length_m > 0.0 {
-                    true => stretch.overrun_m / length_m,
-                    false => 0.0,
-                };
-                self.fly_along(&mut start, leg, segment, overrun)?;
+                let share = |metres: f64| metres / segment_m(segment);
+                let shares = (share(stretch.length_m), share(stretch.overrun_m));
+                self.fly_along(&mut start, leg, segment, shares)?;
             }
             None => {
                 let end = self.topology().position(reentry.node);
@@ -64,21 +63,21 @@ impl FlightSetting {
         obstacles.closes_meanwhile(&world, way, at_s, start.at_s)
     }
 
-    /// Flies a drone along its leg to one of the ends, a share of the leg too far ahead first.
+    /// Flies a drone a share of its leg to one of the ends, with a share too far ahead first and back again.
     fn fly_along(
         &self,
         start: &mut FlightStart,
         leg: StretchLeg,
         segment: SegmentIx,
-        overrun: f64,
+        (share, overrun): (f64, f64),
     ) -> Result<(), Unflyable> {
         let ahead = (leg.from, leg.to, segment);
         let back = (leg.to, leg.from, segment);
         if start.node == leg.to {
-            return self.fly_share(start, ahead, 1.0 - leg.fraction);
+            return self.fly_share(start, ahead, share);
         }
         self.fly_share(start, ahead, overrun)?;
-        self.fly_share(start, back, leg.fraction + overrun)
+        self.fly_share(start, back, share - overrun)
     }
 
     fn fly_share(
@@ -87,7 +86,6 @@ impl FlightSetting {
         direction: (NodeIx, NodeIx, SegmentIx),
         share: f64,
     ) -> Result<(), Unflyable> {
-        let share = share.clamp(0.0, 1.0);
         if share <= 0.0 {
             return Ok(());
         }

@@ -2,7 +2,8 @@
 //!
 //! The drone is projected on its leg A - B. A is a way back unless something lies between; B only if the leg is
 //! open, or every cause that closes it lies behind the drone. A first stretch passes no cause and never enters a
-//! zone from outside. Inside a zone it leads out, by the shorter way along the leg where one is free.
+//! zone from outside; from past an end it is as long as the drone is away. Inside a zone it leads out, by the shorter
+//! way along the leg where one is free.
 
 use super::answer::Warning;
 use super::causes::{Causes, all_zones, fraction_along, way_out, zone_parts};
@@ -74,10 +75,17 @@ impl Leg {
         }
     }
 
-    /// The way from a place on the leg to one of its ends, after the metres flown on before the drone turns.
-    fn reentry(&self, topology: &Topology, node: NodeIx, flown: f64, overrun_m: f64) -> Reentry {
+    /// The way from a place on the leg to one of its ends, after the metres flown on before the drone turns. Past or beside
+    /// that end, it is no shorter than the drone is off the leg.
+    fn reentry(
+        &self,
+        topology: &Topology,
+        (node, flown): (NodeIx, f64),
+        overrun_m: f64,
+        beside: Option<(Point, f64)>,
+    ) -> Reentry {
         let (from, to) = (topology.position(self.from), topology.position(self.to));
-        let place = from.towards(to, flown);
+        let on_leg = from.towards(to, flown);
         let leg = StretchLeg {
             from: self.from,
             to: self.to,
@@ -89,18 +97,13 @@ impl Leg {
         } else {
             1.0 - flown
         };
-        let length_m = share * self.length_m + 2.0 * overrun_m;
-        if length_m == 0.0 {
-            return Reentry::at_node(node, place, Some(leg));
-        }
-        let stretch = FirstStretch {
-            kind: StretchKind::Leg,
-            leg: Some(leg),
-            length_m,
-            overrun_m,
-            begin: place,
+        let along_m = share * self.length_m;
+        let (begin, away_m) = match beside {
+            Some((place, off_m)) if off_m > along_m => (place, off_m),
+            _ => (on_leg, along_m),
         };
-        Reentry { node, stretch }
+        let length_m = away_m + 2.0 * overrun_m;
+        Reentry::along(node, leg, begin, (length_m, overrun_m))
     }
 }
 
@@ -131,6 +134,7 @@ pub(super) fn find(
         closed,
         topology: closed.topology(),
         leg,
+        beside: None,
         starts,
         warnings,
     };
@@ -143,6 +147,8 @@ struct Finder<'a, 'b> {
     closed: &'a Closed<'a>,
     topology: &'a Topology,
     leg: &'a Leg,
+    /// Where the drone says that it is, and how far off its leg.
+    beside: Option<(Point, f64)>,
     starts: &'b mut Starts,
     warnings: &'b mut Vec<Warning>,
 }
@@ -163,6 +169,7 @@ impl Finder<'_, '_> {
                     self.off_leg(place, off_leg_m);
                     return;
                 }
+                self.beside = Some((place, off_leg_m));
                 let drone = &self.request.circumstances;
                 let since_m = drone.speed_mps * drone.place_age_s;
                 let since = match self.leg.length_m > 0.0 {
@@ -185,12 +192,13 @@ impl Finder<'_, '_> {
     }
 
     fn back(&self, flown: f64, overrun_m: f64) -> Reentry {
-        let from = self.leg.from;
-        self.leg.reentry(self.topology, from, flown, overrun_m)
+        let at = (self.leg.from, flown);
+        self.leg.reentry(self.topology, at, overrun_m, self.beside)
     }
 
     fn on(&self, flown: f64) -> Reentry {
-        self.leg.reentry(self.topology, self.leg.to, flown, 0.0)
+        let at = (self.leg.to, flown);
+        self.leg.reentry(self.topology, at, 0.0, self.beside)
     }
 
     /// True when a drone at a place on the leg may come to its start: it is open, or the drone is there.
@@ -256,10 +264,17 @@ impl Finder<'_, '_> {
         if !is_grounded || from_m.min(to_m) > AT_NODE_WITHIN_M {
             return false;
         }
-        let way = match from_m <= to_m {
-            true => self.back(drone.reported, 0.0),
-            false => self.on(drone.reported),
+        // One that has landed past its node, as near as places are exact, stands there.
+        let is_beside =
+            |&(_, off_m): &(Point, f64)| from_m.min(to_m) > 0.0 || off_m > AT_NODE_WITHIN_M;
+        let beside = self.beside.filter(is_beside);
+        let node = if from_m <= to_m {
+            self.leg.from
+        } else {
+            self.leg.to
         };
+        let at = (node, drone.reported);
+        let way = self.leg.reentry(self.topology, at, 0.0, beside);
         if self.closed.closes_node(way.node) {
             self.warnings.push(Warning::StartClosed { node: way.node });
         }

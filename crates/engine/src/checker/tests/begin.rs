@@ -19,6 +19,22 @@ fn a_path_begins_where_the_drone_is() {
 }
 
 #[test]
+fn past_the_end_of_its_leg_a_drone_is_not_at_the_node() {
+    let mut past = Story {
+        at: Whereabouts::At(Point::new(530.0, 0.0)),
+        length_m: 530.0,
+        ..Story::on()
+    };
+    past.stretch.length_m = 30.0;
+    assert_eq!(past.checked(), Ok(()));
+    past.stretch.length_m = 0.0;
+    past.length_m = 500.0;
+    assert_eq!(past.rule(), Rule::Length);
+    past.stretch.kind = StretchKind::None;
+    assert_eq!(past.rule(), Rule::BeginsAtDrone);
+}
+
+#[test]
 fn the_first_stretch_passes_no_cause() {
     // Its own failure lies ahead, or at an unknown place.
     let failed = Story {
