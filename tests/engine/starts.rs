@@ -166,6 +166,26 @@ fn past_the_end_of_its_leg_it_comes_back_as_far_as_it_is_away() {
     assert_eq!(map.answer(&landed).first_stretch_m, 0.0);
 }
 
+/// What has no place lies somewhere on the leg, of which nothing is ahead of who is at its end, or just past it.
+#[test]
+fn at_the_end_of_its_leg_nothing_lies_ahead_and_the_leg_is_not_flown_again() {
+    for (x, stretch_m) in [(400.0, 0.0), (430.0, 30.0)] {
+        let map = Map::new();
+        let answer = map.answer(&map.request(FailureType::Navigational, on_leg(x)));
+        assert_eq!(map.letters(&answer), "BE", "at {x}");
+        assert_eq!(answer.first_stretch_m, stretch_m, "at {x}");
+
+        let cut_off = Map::new().closing(&[], &[("D", "B")]);
+        let mut request = cut_off.request(FailureType::Navigational, on_leg(x));
+        request.report.destination = cut_off.node("C");
+        request.report.remaining_path = None;
+        assert_eq!(cut_off.answer(&request).outcome, Outcome::NoRoute, "at {x}");
+    }
+    let map = Map::new();
+    let answer = map.answer(&map.request(FailureType::Navigational, on_leg(399.0)));
+    assert_eq!(map.letters(&answer), "ACDBE");
+}
+
 #[test]
 fn a_failure_that_closes_nothing_leaves_the_plan_alone() {
     let map = Map::new();

@@ -264,18 +264,31 @@ class Reading:
         return verdict
 
     def onward_causes(self) -> str:
-        """Whether every cause that closes the leg has a known place: what has none is ahead."""
+        """Whether every cause that closes the leg has a known place: what has none is ahead, of who is not at its end."""
+        if self.is_at_end():
+            return "yes"
         unknown = [cause for cause in self.causes if cause.interval is None]
         if any(cause.is_sure for cause in unknown):
             return "no"
         return "maybe" if unknown or self.report.failure == "operational" else "yes"
+
+    def is_at_end(self) -> bool:
+        """Whether all of the leg is flown, so that nothing of it is ahead."""
+        return self.where == "leg" and self.at_m >= self.length_m
+
+    def free_back(self, high_m: float, ignore: Interval | None = None) -> str:
+        """Whether the way back is free, of what has no place as well."""
+        unplaced = [cause for cause in self.causes if cause.interval is None and self.is_at_end()]
+        if any(cause.is_sure for cause in unplaced):
+            return "no"
+        return weaker("maybe" if unplaced else "yes", self.free(0.0, high_m, ignore))
 
     def _starts_on_leg(self) -> None:
         if self.where == "node":
             # Closed or not, it may leave over any open segment of its node.
             self.starts.append(Start(self.a, 0.0, "yes", "none"))
         else:
-            back = weaker(self.enterable(self.a), self.free(0.0, self.far_m))
+            back = weaker(self.enterable(self.a), self.free_back(self.far_m))
             if self.where == "leg" and self.may_have_passed():
                 back = "maybe"
             if self.where == "leg" and self.at_m <= AT_NODE_M:
@@ -311,7 +324,7 @@ class Reading:
         back_m, on_m = self.far_m - low, high - self.at_m
         back = "no"
         if low > 0.0:
-            back = weaker(self.enterable(self.a), self.free(0.0, self.far_m, self.inside))
+            back = weaker(self.enterable(self.a), self.free_back(self.far_m, self.inside))
             if self.may_have_passed():
                 back = weaker("maybe", weaker(self.enterable(self.a), self.free(0.0, self.at_m, self.inside)))
         onward = "no"

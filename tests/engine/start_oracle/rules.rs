@@ -141,18 +141,20 @@ impl<'a> Leg<'a> {
 
     /// Back to the start: past no cause, into no zone, to a node that may be entered or that the drone is at.
     fn may_go_back(&self, at: f64, latest: f64) -> bool {
-        let passes = self.known.is_some_and(|cause| cause < at) || self.walk.enters(at, 0.0);
+        let is_passed = self.unknown && at == 1.0;
+        let passes =
+            is_passed || self.known.is_some_and(|cause| cause < at) || self.walk.enters(at, 0.0);
         let comes_in = latest == 0.0 || !self.is_closed(self.world.leg.0);
         let ends_inside = at > 0.0 && self.walk.part_at(0.0).is_some();
         !passes && comes_in && !ends_inside
     }
 
-    /// On to the end likewise, and only where every cause has a known place behind the drone.
+    /// On to the end likewise, and only where every cause has a known place behind the drone, or the drone is there.
     fn may_go_on(&self, at: f64) -> bool {
         let passes = self.known.is_some_and(|cause| cause >= at) || self.walk.enters(at, 1.0);
         let comes_in = at == 1.0 || !self.is_closed(self.world.leg.1);
         let ends_inside = at < 1.0 && self.walk.part_at(1.0).is_some();
-        !self.unknown && !passes && comes_in && !ends_inside
+        (!self.unknown || at == 1.0) && !passes && comes_in && !ends_inside
     }
 
     fn starts_on_leg(&self, at: f64, latest: f64, moves: bool) -> Result<Expected, Doubt> {

@@ -230,12 +230,16 @@ fn passes_nothing(way: Way, leg: &OnLeg, sky: &Sky<'_>, zones: &[(f64, f64)]) ->
     let passed = Fault::new(Rule::PassesCause, Place::FirstStretch);
     let own = sky.own.cause.map(|cause| nearest_fraction(leg.ends, cause));
     let own = own.filter(|_| sky.own.closes_leg);
+    let has_unplaced = (sky.own.closes_leg && own.is_none()) || has_unplaced_cause(leg, sky);
     let passes = match way {
-        // What the drone itself cannot pass does not lie behind a drone whose place is unknown.
-        Way::Back => leg.flown.is_some() && own.is_some_and(|cause| cause < flown - same),
+        // What the drone itself cannot pass does not lie behind a drone whose place is unknown. What has no place lies
+        // behind who has flown the whole leg.
+        Way::Back => leg.flown.is_some_and(|flown| {
+            (has_unplaced && flown >= 1.0) || own.is_some_and(|cause| cause < flown - same)
+        }),
         Way::On => {
-            let own_ahead = sky.own.closes_leg && own.is_none_or(|cause| cause >= flown + same);
-            leg.segment.is_none() || own_ahead || has_unplaced_cause(leg, sky)
+            let is_ahead = has_unplaced && flown < 1.0 - same;
+            is_ahead || own.is_some_and(|cause| cause >= flown + same)
         }
     };
     if passes { Err(passed) } else { Ok(()) }

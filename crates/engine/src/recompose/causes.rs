@@ -1,7 +1,8 @@
 //! What lies on a leg, by the fraction flown: each cause that closes it by itself.
 //!
 //! A zone lies where it meets the leg, a report where it says that the cause is. An operator's closure, a report that
-//! does not say, and a leg that the network does not have lie somewhere ahead: the place is unknown.
+//! does not say, and a leg that the network does not have lie somewhere ahead: the place is unknown. Once all of the leg
+//! is flown they lie behind: nothing of it is ahead.
 
 use super::request::Request;
 use super::starts::Leg;
@@ -62,13 +63,14 @@ impl Causes {
 
     /// True when the way back from `flown` to the start of the leg passes a cause or enters a zone.
     pub(super) fn lie_behind(&self, flown: f64) -> bool {
-        self.known.is_some_and(|cause| cause < flown)
+        (self.unknown && flown >= 1.0)
+            || self.known.is_some_and(|cause| cause < flown)
             || self.zones.iter().any(|&(_, until)| until < flown)
     }
 
     /// The same for the way on to the end of the leg.
     pub(super) fn lie_ahead(&self, flown: f64) -> bool {
-        self.unknown
+        (self.unknown && flown < 1.0)
             || self.known.is_some_and(|cause| cause >= flown)
             || self.zones.iter().any(|&(from, _)| from > flown)
     }
@@ -88,7 +90,7 @@ impl Causes {
 
     /// The same for the way on but for one zone, which the drone comes into.
     pub(super) fn lie_ahead_but(&self, flown: f64, zone: (f64, f64)) -> bool {
-        self.unknown
+        (self.unknown && flown < 1.0)
             || self.known.is_some_and(|cause| cause >= flown)
             || self
                 .zones
