@@ -1,10 +1,11 @@
 //! Pads of drones that have landed: theirs until they are known to have left.
 
 use crate::flying::{on, settings, street};
-use crate::stage::{Stage, node, segment};
+use crate::stage::{Stage, node, segment, without};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::edge::{Code, MemoryDisk};
+use skyway::network::SegmentDraft;
 use skyway::wire::{self, EndedAs, PlanState};
 
 /// s0 without pads, s1 and s2 with one each.
@@ -192,6 +193,28 @@ async fn a_pad_is_a_drones_after_a_restart_and_on_another_network() {
     stage.settle().await;
     lands_at_the_end(&stage, "d4").await;
     assert_eq!(standing(&stage), [pair("d4", "a7")]);
+}
+
+/// What it has flown over may go: its drone stands where it has landed.
+#[tokio::test]
+async fn a_pad_is_a_drones_where_a_leg_that_it_has_flown_is_gone() {
+    for gone in [("a2", "a3"), ("a6", "a7")] {
+        let stage = Stage::with(settings());
+        lands_at_the_end(&stage, "d1").await;
+        stage
+            .rebuild(|draft| {
+                let is_gone = |it: &SegmentDraft| (&*it.from, &*it.to) == gone;
+                draft.segments.retain(|it| !is_gone(it));
+            })
+            .await;
+        assert_eq!(standing(&stage), [pair("d1", "a7")], "{gone:?}");
+        lands_at_the_end(&stage, "d2").await;
+        assert_eq!(standing(&stage), [pair("d1", "a7")], "{gone:?}");
+        stage.rebuild(|draft| without(draft, "a1")).await;
+        assert_eq!(standing(&stage), [pair("d1", "a7")], "{gone:?}");
+        stage.rebuild(|draft| without(draft, "a7")).await;
+        assert!(standing(&stage).is_empty(), "{gone:?}");
+    }
 }
 
 #[tokio::test]

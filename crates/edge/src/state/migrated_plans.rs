@@ -25,6 +25,7 @@ use skyway_engine::itinerary::Occupancy;
 use skyway_engine::network::{Correspondence, NodeIx, Topology};
 use skyway_engine::recompose::{Outcome, Request};
 use skyway_formats::{Known, resolve_report};
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -129,20 +130,12 @@ impl State {
         if legs.is_empty() {
             return None;
         }
-        let starts_as_before = legs.start == 0;
         let cut_m = begins_m(before.topology(), &plan.reported, legs.start);
-        let cut_m = if starts_as_before { 0.0 } else { cut_m };
-        let speed_mps = plan.airspeed_mps;
-        let (left, _) = plan.reported.carried_over(speed_mps, legs, change)?;
+        let cut_m = if legs.start == 0 { 0.0 } else { cut_m };
+        let left = part_carried(plan, legs, change)?;
         let left = Version {
             // It leads nowhere now, whatever its drone was told.
             outcome: left.outcome.filter(|outcome| *outcome != Outcome::Diverted),
-            first_stretch_m: if starts_as_before {
-                left.first_stretch_m
-            } else {
-                0.0
-            },
-            stretch: left.stretch.filter(|_| starts_as_before),
             ..left
         };
         Some((left, cut_m))
@@ -349,6 +342,28 @@ pub(super) fn version_carried(
     version.carried_over(plan.airspeed_mps, legs, change)
 }
 
+/// Some legs of the reported version of a plan, as a way of their own.
+pub(super) fn part_carried(
+    plan: &PlanEntry,
+    legs: Range<usize>,
+    change: &Change<'_>,
+) -> Option<Version> {
+    let starts_as_before = legs.start == 0;
+    let part = plan
+        .reported
+        .carried_over(plan.airspeed_mps, legs, change)?
+        .0;
+    Some(Version {
+        first_stretch_m: if starts_as_before {
+            part.first_stretch_m
+        } else {
+            0.0
+        },
+        stretch: part.stretch.filter(|_| starts_as_before),
+        ..part
+    })
+}
+
 /// What was sent and may be flown, as far as its way is there.
 pub(super) fn sent_carried(plan: &PlanEntry, change: &Change<'_>) -> Vec<Arc<Version>> {
     let sent = plan.sent.iter();
@@ -357,7 +372,7 @@ pub(super) fn sent_carried(plan: &PlanEntry, change: &Change<'_>) -> Vec<Arc<Ver
 }
 
 /// A proposed version without its way: what its drone has reported goes on to count.
-fn nothing_left_of(version: &Version) -> Version {
+pub(super) fn nothing_left_of(version: &Version) -> Version {
     Version {
         composition: Composition {
             way: skyway_engine::routing::Path::default(),
