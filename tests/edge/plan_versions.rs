@@ -1,10 +1,15 @@
 //! Versions of plans: what their drones say of them is true, and nothing that was sent is freed by a deadline.
 
-use crate::stage::{Stage, circle, names, node, segment};
+use crate::stage::{Stage, WAIT_AT_MOST, circle, names, node, segment};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{Caller, Code, MemoryDisk, Role};
+use skyway::edge::{Caller, Code, MemoryDisk, Role, Settings, WriterStep};
+use skyway::formats::parse_report;
 use skyway::wire::{self, PlanFlag, PlanState};
+use std::pin::pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, mpsc};
+use std::task::{Context, Waker};
 
 impl Stage {
     async fn acknowledges(&self, id: &str, body: Value) -> wire::Plan<'static> {
@@ -192,6 +197,54 @@ async fn a_declined_version_is_answered_twice_and_then_by_an_operator() {
         .await;
     assert_eq!((plan.wanted, plan.flags), (None, vec![PlanFlag::Affected]));
     assert_ne!(plan.state, PlanState::Ended);
+}
+
+/// A drone declines a version, and reports a failure before it is answered: what the answer tells it, it may fly.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_version_of_an_answer_may_be_flown_where_a_newer_one_comes_before_it() {
+    let is_held = Arc::new(AtomicBool::new(false));
+    let (arrivals, arrived) = mpsc::channel();
+    let (gate, closed) = mpsc::channel::<()>();
+    let closed = Mutex::new(closed);
+    let held = is_held.clone();
+    let settings = Settings {
+        closed_fraction_max: 0.2,
+        ..Settings::default()
+    };
+    let stage = Stage::watched(settings, false, move |_, step| {
+        if step == WriterStep::Enforced && held.swap(false, Ordering::Relaxed) {
+            arrivals.send(()).expect("the test waits");
+            let _opened = closed.lock().expect("a channel").recv();
+        }
+    });
+    stage.compose("p", "d1", "a0", "a7").await;
+    stage.see("d1", 250.0, 0.0).await;
+    stage.zone(circle("fire", 450.0, 0.0, 10.0)).await;
+    stage.settle().await;
+    is_held.store(true, Ordering::Relaxed);
+    let edge = stage.edge.clone();
+    let holding = tokio::spawn(async move { edge.tick().await });
+    let held = arrived.recv_timeout(WAIT_AT_MOST);
+    held.expect("the writer is held");
+    let mut declining = pin!(stage.declines("p", json!({"version": 2, "reason": "obstacle"})));
+    let handed_in = declining
+        .as_mut()
+        .poll(&mut Context::from_waker(Waker::noop()));
+    assert!(handed_in.is_pending(), "the writer is held");
+    let report = json!({"type": "operational", "detail": "battery", "service": {"plan_id": "p", "leg": 2},
+        "location": {"x": 250.0, "y": 0.0}, "drone": {"id": "d1"}});
+    let report = parse_report(report.to_string().as_bytes()).expect("a report");
+    let answer = stage.edge.report_failure(&stage.caller, report).await;
+    let answer = serde_json::to_value(answer.expect("an answer").to_wire()).expect("JSON");
+    assert_eq!(answer["plan"]["version"], 3);
+    drop(gate);
+    holding.await.expect("no panic").expect("carried out");
+    let declined = declining.await;
+    assert_eq!(declined.wanted.expect("another one").version, 4);
+    stage.settle().await;
+    assert_eq!(numbers(&stage.plan("p")), [1, 2, 3, 4]);
+    let taken = stage.acknowledges("p", json!({"version": 3})).await;
+    assert_eq!(taken.reported.version, 3);
 }
 
 #[tokio::test]

@@ -128,12 +128,15 @@ impl State {
         else {
             return Done::Nothing;
         };
-        if plan.versions().any(|sent| sent.number >= version.number) {
+        if plan.has_version(version.number) || version.number < plan.reported.number {
             return Done::Nothing;
         }
         let is_another_way = version.outcome != Some(Outcome::Unaffected);
         let flags = plan.flags;
         let version = self.with_contest(&plan.id, version);
+        if plan.versions().any(|sent| sent.number > version.number) {
+            return self.keep_overtaken(&plan, version);
+        }
         let plan = self.replace_wanted(&plan, Some(version));
         if !is_another_way {
             // It may go on as it flies; what it is sent has its times and pads as they are now.
@@ -146,6 +149,22 @@ impl State {
         }
         self.tell(EventKind::PlanAffected, &plan);
         Done::Plan(plan)
+    }
+
+    /// Keeps a version that its drone has been told by an answer, and that a newer one has overtaken on its way here: it may be
+    /// flown.
+    fn keep_overtaken(&mut self, plan: &Arc<PlanEntry>, version: Version) -> Done {
+        if plan.versions().count() >= VERSIONS_MAX {
+            return Done::Nothing;
+        }
+        self.occupy(&plan.id, &version);
+        let mut sent = plan.sent.clone();
+        let place = sent.partition_point(|sent| sent.number < version.number);
+        sent.insert(place, Arc::new(version));
+        Done::Plan(self.keep_plan(PlanEntry {
+            sent,
+            ..(**plan).clone()
+        }))
     }
 
     /// A drone in flight has to be told something: where another plan has taken its pad meanwhile, that too.
