@@ -265,6 +265,28 @@ async fn where_no_way_leads_on_it_comes_to_its_stop_and_is_told_more_there() {
     assert_eq!(path(&on).last().map(String::as_str), Some("s0"));
 }
 
+/// No way leads on from there, so that it stays: no other drone has its pad.
+#[tokio::test]
+async fn who_comes_to_its_stop_alone_has_a_pad_there() {
+    let stage = on(&street(&[1, 1, 1, 1]));
+    let plan = stage.deliver(round("p")).await.expect("a plan");
+    after(&stage, &plan.reported, 30).await;
+    stage.see("d", 400.0, 0.0).await;
+    stage.zone(circle("beyond", 2_500.0, 0.0, 50.0)).await;
+    let short = wanted(&stage, "p");
+    let taken = take_over(&stage, &short).await.reported;
+    let stays_from = instant(&taken.arrives_at);
+    let other = json!({"id": "other", "source": "s1", "destination": "s1", "stops": [{"node": "s2", "service_s": 600.0}]});
+    if let Ok(other) = stage.deliver(other).await {
+        let flight = other.reported.flight.expect("a flight");
+        let stay = flight.stops.iter().find(|stop| stop.node.text() == "s2");
+        let stay = stay.expect("it is served there");
+        let has_left = instant(&stay.takes_off_at) <= stays_from;
+        let comes_later = instant(&stay.lands_at) > stays_from + SignedDuration::from_mins(10);
+        assert!(has_left || comes_later, "from {stays_from}: {stay:?}");
+    }
+}
+
 #[tokio::test]
 async fn who_declines_the_only_way_from_its_stop_is_told_it_again_there() {
     let stage = on(&bypassed());

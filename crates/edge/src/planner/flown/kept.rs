@@ -8,14 +8,15 @@ use jiff::Timestamp;
 use skyway_engine::compose::{Composition, Leg};
 use skyway_engine::delivery::{FlightComposition, FlightRecomposition, Hold, LegContingency};
 use skyway_engine::flight::{FlightPlan, Reservation, Stop};
-use skyway_engine::recompose::Outcome;
+use skyway_engine::recompose::{Outcome, Warning};
 use skyway_engine::routing::Path;
 use std::sync::Arc;
 
 /// What a drone is told beside its plan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Told {
-    pub(super) is_diverted: bool,
+    /// Whether it stays where it lands, as no way leads on.
+    pub(super) stays: bool,
     pub(super) reserve_used: bool,
     pub(super) hold: Option<Hold>,
     pub(super) is_energy_unchecked: bool,
@@ -26,7 +27,7 @@ impl Told {
     /// Of a plan that is new.
     pub(super) fn of_plan(assumed: Assumed) -> Self {
         Self {
-            is_diverted: false,
+            stays: false,
             reserve_used: false,
             hold: None,
             is_energy_unchecked: false,
@@ -35,8 +36,9 @@ impl Told {
     }
 
     pub(super) fn of_answer(answer: &FlightRecomposition, assumed: Assumed) -> Self {
+        let ends_at_stop = |warning: &Warning| matches!(warning, Warning::EndsAtStop { .. });
         Self {
-            is_diverted: answer.outcome == Outcome::Diverted,
+            stays: answer.outcome == Outcome::Diverted || answer.warnings.iter().any(ends_at_stop),
             reserve_used: answer.reserve_used,
             hold: answer.hold,
             is_energy_unchecked: !answer.is_energy_checked,
@@ -71,7 +73,7 @@ impl FlownVersion {
                 ..hold
             }),
             // One that flies nowhere holds on a pad.
-            alternate: (told.is_diverted || composition.plan.legs.is_empty())
+            alternate: (told.stays || composition.plan.legs.is_empty())
                 .then(|| alternate(ground, composition, departs_s))
                 .flatten(),
             is_confirmed: ground.is_alone,
@@ -136,7 +138,7 @@ fn way_of(composition: &FlightComposition, departs_s: f64) -> Composition {
     }
 }
 
-/// The pad on which a drone that diverts, or holds, may stay.
+/// The pad on which a drone that diverts, ends at a stop, or holds may stay.
 fn alternate(
     ground: &Ground,
     composition: &FlightComposition,
