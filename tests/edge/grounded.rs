@@ -1,10 +1,10 @@
 //! Drones on the ground that cannot go on: they hold on their pads, and are told when there is a way.
 
-use crate::flying::{on, street};
+use crate::flying::{at, on, settings, street};
 use crate::stage::{Stage, circle, names};
 use jiff::SignedDuration;
-use serde_json::json;
-use skyway::edge::Idempotency;
+use serde_json::{Value, json};
+use skyway::edge::{Idempotency, Settings};
 use skyway::wire::{self, EndedAs, EventKind, PlanState};
 use tokio_stream::StreamExt;
 
@@ -117,6 +117,30 @@ async fn a_drone_that_reports_from_its_pad_that_it_cannot_go_on_holds() {
     assert_eq!(answer["outcome"], "hold", "{answer}");
     assert_eq!(answer["path"]["nodes"], json!(["s0"]));
     assert_ne!(stage.plan("p").ended_as, Some(EndedAs::Diverted));
+}
+
+/// A zone counts again tomorrow, or every week: who waits under it goes once it ends today.
+#[tokio::test]
+async fn who_holds_is_told_when_the_zone_ends_that_counts_now() {
+    let windows = json!([{"from": at("05:00").to_string(), "until": at("07:00").to_string()},
+        {"from": "2026-11-22T05:00:00Z", "until": "2026-11-22T07:00:00Z"}]);
+    for settings in [Settings::default(), settings()] {
+        let stage = Stage::with(Settings {
+            closed_fraction_max: 0.2,
+            ..settings
+        });
+        let mut school = circle("school", 0.0, 0.0, 10.0);
+        school["properties"]["windows"] = windows.clone();
+        stage.zone(school).await;
+        let answer = stage.answer(json!({"type": "service_level", "service": {"from": "a0", "to": "a1"}, "destination": "a7",
+            "location": {"node": "a0"}, "airborne": false}));
+        let answer = answer.await;
+        assert_eq!(answer["outcome"], "hold", "{answer}");
+        let warnings = answer["warnings"].as_array().expect("warnings").iter();
+        let told: Vec<&Value> = warnings.filter(|it| it["code"] == "holds_until").collect();
+        let message = told[0]["message"].as_str().expect("a text");
+        assert!(message.contains(&at("07:00").to_string()), "{message}");
+    }
 }
 
 fn names_of(nodes: &[&str]) -> Vec<String> {

@@ -140,3 +140,21 @@ impl Closure {
         }
     }
 }
+
+/// When the windows have ended that count from an instant on without a gap; `None` where they do not end.
+pub fn counts_until(
+    windows: &[Window],
+    now: Timestamp,
+    horizon: SignedDuration,
+) -> Option<Timestamp> {
+    let mut end = now;
+    loop {
+        let counting = windows.iter().filter(|window| window.counts(end, horizon));
+        let ends: Option<Vec<Timestamp>> = counting.map(Window::until).collect();
+        let last = ends?.into_iter().max()?;
+        if last <= end {
+            return Some(end);
+        }
+        end = last;
+    }
+}

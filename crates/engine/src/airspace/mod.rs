@@ -17,7 +17,7 @@ mod zone_geometry;
 
 pub use bits::Bits;
 pub use closed::{Closed, ClosedSet, RequestClosures};
-pub use closure::{Cause, Closure};
+pub use closure::{Cause, Closure, counts_until};
 pub use hits::Hits;
 pub use lists::Lists;
 pub use schedule::{DailyPeriod, DayTime, Days, MAX_PERIODS, Recurrence};

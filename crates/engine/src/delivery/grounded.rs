@@ -6,13 +6,12 @@ use super::flight_failure::{FlightFailure, FlightRecomposition};
 use super::in_flight::battery_now;
 use super::standing::answer_standing;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
-use crate::airspace::Zone;
+use crate::airspace::{Window, counts_until};
 use crate::flight::{FlightPlan, Reentry, StretchLeg};
 use crate::itinerary::{Effort, Step, Value};
 use crate::network::NodeIx;
 use crate::recompose::{Flag, Outcome, Request, Warning};
 use jiff::Timestamp;
-use std::sync::Arc;
 
 /// Tells a drone that stands at a node in an active zone to wait there, and what it flies then as far as that is known.
 pub(super) fn hold_on_the_ground(
@@ -106,26 +105,28 @@ pub(super) fn is_in_zone(world: &DeliveryWorld<'_>, request: &Request, node: Nod
 
 /// When the last of the zones over a node ends; `None` where that is unknown.
 fn end_of_zones(world: &DeliveryWorld<'_>, request: &Request, node: NodeIx) -> Option<Timestamp> {
-    let ends = zones_over(world, request, node).flat_map(|zone| match zone.windows() {
-        [] => vec![None],
-        windows => windows.iter().map(|window| window.until()).collect(),
-    });
+    let airspace = world.skies.now();
+    let (now, horizon) = (airspace.as_of(), airspace.horizon());
+    let zones = zones_over(world, request, node);
+    let ends = zones.map(|windows| counts_until(&windows, now, horizon));
     let ends: Option<Vec<Timestamp>> = ends.collect();
     ends?.into_iter().max()
 }
 
+/// The windows of each zone over a node.
 fn zones_over<'a>(
     world: &DeliveryWorld<'a>,
     request: &'a Request,
     node: NodeIx,
-) -> impl Iterator<Item = &'a Arc<Zone>> {
+) -> impl Iterator<Item = Vec<Window>> {
+    let airspace = world.skies.now();
     let covers = move |nodes: &[NodeIx]| nodes.binary_search(&node).is_ok();
-    let standing = world.skies.now().in_force();
+    let standing = airspace.in_force().filter(|it| it.zone().is_some());
     let standing = standing.filter(move |closure| covers(&closure.hits.nodes));
-    let standing = standing.filter_map(|closure| closure.zone());
+    let standing = standing.map(|closure| closure.windows.clone());
     let brought = request.zone.iter();
     let brought = brought.filter(move |brought| covers(&brought.hits.nodes));
-    standing.chain(brought.map(|brought| &brought.zone))
+    standing.chain(brought.map(|brought| brought.zone.windows_around(airspace.as_of())))
 }
 
 /// A plan that stays where it is.

@@ -5,7 +5,7 @@ use super::plan::to_destination;
 use super::recomposition::{Scratch, Task, close_for_request};
 use super::request::Request;
 use super::starts::{AT_NODE_WITHIN_M, Leg};
-use crate::airspace::{Airspace, Change, Closed, Closure};
+use crate::airspace::{Airspace, Change, Closed, Closure, counts_until};
 use crate::flight::{Aloft, FailureType, Location, Reentry, StretchLeg};
 use crate::network::NodeIx;
 use crate::routing::Path;
@@ -51,7 +51,9 @@ impl Task<'_> {
         let over: Vec<Change> = zones_over(self.airspace, node)
             .map(|closure| Change::Lift(closure.id.clone()))
             .collect();
-        let ends = zones_over(self.airspace, node).map(|closure| end_of(closure));
+        let (now, horizon) = (self.airspace.as_of(), self.airspace.horizon());
+        let ends = zones_over(self.airspace, node)
+            .map(|closure| counts_until(&closure.windows, now, horizon));
         let ends: Vec<Option<jiff::Timestamp>> = ends.collect();
         let until = ends.iter().copied().flatten().max();
         let is_endless = ends.iter().any(Option::is_none) || ends.is_empty();
@@ -109,11 +111,4 @@ impl Task<'_> {
         }
         way
     }
-}
-
-/// When a closure ends for good; `None` where that is unknown.
-fn end_of(closure: &Closure) -> Option<jiff::Timestamp> {
-    let ends = closure.windows.iter().map(|window| window.until());
-    let ends: Option<Vec<jiff::Timestamp>> = ends.collect();
-    ends?.into_iter().max()
 }
