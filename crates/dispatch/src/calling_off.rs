@@ -4,10 +4,11 @@ use super::Dispatch;
 use super::changes::Change;
 use super::deliveries::may_call_off;
 use super::edges::{CalledOff, EdgeError};
-use super::orders::{DECISIONS, contended};
+use super::orders::DECISIONS;
 use super::records::{Asking, Kept, Order};
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{Delivery, DeliveryStatus, FleetDroneState};
+use skyway_registry::store::StoreError;
 use skyway_service::access::Caller;
 use skyway_service::refusal::{Code, Refusal};
 
@@ -55,7 +56,7 @@ impl Dispatch {
             }
             return self.told(caller, &order).await;
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     /// Asks the edge of an order to call its flight off, and commits what it answers.
@@ -87,7 +88,7 @@ impl Dispatch {
                 return Ok(());
             }
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     async fn call_off_at_edge(

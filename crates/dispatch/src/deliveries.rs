@@ -1,11 +1,12 @@
 //! Orders looked at, and the proof that providers add.
 
 use super::Dispatch;
-use super::orders::{DECISIONS, contended};
+use super::orders::DECISIONS;
 use super::records::{Kept, Order};
 use super::views::{Eyes, view};
 use skyway_contract::{Deliveries, Delivery, DeliveryStatus, ProofOfDelivery, Recipient};
 use skyway_registry::documents::{Commit, Committed, DocumentKind, DocumentQuery};
+use skyway_registry::store::StoreError;
 use skyway_service::access::{Caller, Owners, Role};
 use skyway_service::intake::{Faults, PageRequest, token};
 use skyway_service::refusal::{Code, Refusal};
@@ -144,7 +145,7 @@ impl Dispatch {
                 return self.told(caller, &order).await;
             }
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 }
 

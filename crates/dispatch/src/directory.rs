@@ -14,6 +14,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use skyway_engine::network::Topology;
 use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
+use skyway_registry::store::StoreError;
 use skyway_service::access::{Caller, Owners, Role, TENANT_BYTES_MAX, is_tenant};
 use skyway_service::intake::{Expected, Faults, PageRequest, token};
 use skyway_service::refusal::{Code, Refusal};
@@ -202,7 +203,7 @@ impl Dispatch {
                 return Ok(tagged(Kept { document, value }, caller));
             }
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     /// Deletes the version of something that `If-Match` names.
@@ -234,7 +235,7 @@ impl Dispatch {
                 return Ok(());
             }
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     async fn seen_entry<T: Entry>(&self, caller: &Caller, id: &str) -> Result<Kept<T>, Refusal> {
@@ -315,11 +316,6 @@ fn tagged<T: Entry>(kept: Kept<T>, caller: &Caller) -> Tagged<T> {
 /// Its version, and when it was made so: one that is put again after it was deleted begins with the first version.
 pub(super) fn etag(document: &Document) -> String {
     format!("\"{}-{}\"", document.version, document.changed_ms)
-}
-
-pub(super) fn contended() -> Refusal {
-    let detail = "others wrote the same at the same time, again and again";
-    Refusal::new(Code::StoreUnavailable, detail).retry_after_s(1)
 }
 
 /// The tenant of an id that is one: the caller's own, or any for who acts for all.

@@ -14,6 +14,7 @@ use skyway_market::status::{Standing, Terms, fold};
 use skyway_registry::documents::{
     Commit, Committed, Document, DocumentKind, FailureRow, Message, NewsMark,
 };
+use skyway_registry::store::StoreError;
 use skyway_service::intake::Faults;
 use skyway_service::refusal::{Code, Refusal};
 use std::collections::BTreeMap;
@@ -94,8 +95,7 @@ impl Dispatch {
             }
             moved += 1;
             if moved >= DECISIONS {
-                let detail = "others change the same deliveries again and again";
-                return Err(Refusal::new(Code::Overloaded, detail).retry_after_s(1));
+                return Err(StoreError::Contended.into());
             }
             at_once = (at_once / 2).max(1);
         }

@@ -12,7 +12,7 @@ use skyway_contract::{
 };
 use skyway_market::matching::Misfit;
 use skyway_registry::documents::{Commit, Committed, DocumentKind, Seen};
-use skyway_registry::store::{KeptReply, ReplyKey};
+use skyway_registry::store::{KeptReply, ReplyKey, StoreError};
 use skyway_registry::{Reply, WriteOptions};
 use skyway_service::access::{Caller, is_tenant};
 use skyway_service::intake::Faults;
@@ -94,7 +94,7 @@ impl Dispatch {
                 }
             }
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     /// What the same request was answered before; none where it has no idempotency key, or was not answered.
@@ -396,9 +396,4 @@ fn repeated(fingerprint: &str, reply: KeptReply, manner: &WriteOptions) -> Resul
     }
     let detail = "this idempotency key was used with another request; take a new key";
     Err(Refusal::new(Code::IdempotencyMismatch, detail))
-}
-
-pub(super) fn contended() -> Refusal {
-    let detail = "others change the same again and again";
-    Refusal::new(Code::Overloaded, detail).retry_after_s(1)
 }

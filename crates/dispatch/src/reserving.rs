@@ -7,12 +7,13 @@ use super::Dispatch;
 use super::calling_off::not_answered;
 use super::changes::Change;
 use super::edges::{CalledOff, ComposedFlight, EdgeError, FlightRequest};
-use super::orders::{DECISIONS, contended};
+use super::orders::DECISIONS;
 use super::pace::pause_ms;
 use super::quotes::departure;
 use super::records::{Asking, Kept, Order};
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{DeliveryStatus, FleetDroneState, PlanState};
+use skyway_registry::store::StoreError;
 use skyway_service::refusal::{Code, Refusal};
 
 /// For how long an edge is asked to take a flight on.
@@ -94,7 +95,7 @@ impl Dispatch {
                 return Ok(());
             }
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     /// An edge has taken a flight on that its order does not wait for any more: it is called off, unless it is flown already.

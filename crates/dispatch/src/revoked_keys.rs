@@ -1,10 +1,10 @@
 //! Keys of packs that were revoked: told to edges with every report of theirs, and to all who read packs.
 
 use super::Dispatch;
-use super::directory::contended;
 use super::records::{Kept, absent, fresh, text};
 use skyway_contract::{KeyRevocation, RevokedKey, RevokedKeys};
 use skyway_registry::documents::{Commit, Committed, DocumentKind, DocumentQuery};
+use skyway_registry::store::StoreError;
 use skyway_service::access::Caller;
 use skyway_service::intake::Faults;
 use skyway_service::refusal::{Code, Refusal};
@@ -57,7 +57,7 @@ impl Dispatch {
         }
         // Another has revoked it meanwhile.
         let kept = self.documents.document(kind, id).await?;
-        Ok(Kept::read(kept.ok_or_else(contended)?)?.value)
+        Ok(Kept::read(kept.ok_or(StoreError::Contended)?)?.value)
     }
 
     /// The keys that were revoked, by id.

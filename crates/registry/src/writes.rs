@@ -1,7 +1,8 @@
 //! How a write is done: decided on what is there, committed only where that still holds, answered once.
 
 use super::store::{
-    Append, Appended, Expectation, Identity, KeptReply, MakeReply, NewChange, ReplyKey, Version,
+    Append, Appended, Expectation, Identity, KeptReply, MakeReply, NewChange, ReplyKey, StoreError,
+    Version,
 };
 use super::topologies::{Made, aside};
 use super::{Registry, count};
@@ -176,8 +177,7 @@ impl Registry {
                 Appended::Bounded { kind, limit } => return Err(bounded(kind, limit)),
             }
         }
-        let detail = "others wrote the same at the same time, again and again";
-        Err(Refusal::new(Code::StoreUnavailable, detail).retry_after_s(1))
+        Err(StoreError::Contended.into())
     }
 
     async fn decide(

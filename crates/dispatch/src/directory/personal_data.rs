@@ -3,13 +3,14 @@
 //! Deleted are the customer, its quotes and webhooks, and the recipients of its parcels; of its deliveries what could name a person.
 //! The deliveries themselves stay, as its providers' accounts need them.
 
-use super::{DECISIONS, contended, etag};
+use super::{DECISIONS, etag};
 use crate::Dispatch;
 use crate::records::{CALLING_OFF, GIVEN_UP, Kept, RESERVING, seen, text};
 use serde::Deserialize;
 use serde_json::Value;
 use skyway_contract::{Customer, CustomerData, Delivery, DeliveryStatus, Quote, Recipient};
 use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
+use skyway_registry::store::StoreError;
 use skyway_service::access::{Caller, Role, is_tenant};
 use skyway_service::intake::{Expected, PageRequest};
 use skyway_service::refusal::{Code, Refusal};
@@ -186,7 +187,7 @@ impl Dispatch {
             };
             document = found;
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     /// Checks that a customer has no delivery that is not over.

@@ -5,9 +5,10 @@
 use super::endpoint::Endpoint;
 use super::guard::{GuardedNames, UnfitUrl};
 use crate::Dispatch;
-use crate::directory::{contended, etag, tenant_before_colon};
+use crate::directory::{etag, tenant_before_colon};
 use skyway_contract::{DeliveryStatus, Fault, Webhook, WebhookDraft, Webhooks};
 use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery, Seen};
+use skyway_registry::store::StoreError;
 use skyway_service::access::{Caller, Owners};
 use skyway_service::intake::{Expected, PageRequest, token};
 use skyway_service::refusal::{Code, Refusal};
@@ -105,7 +106,7 @@ impl Dispatch {
                 return self.tagged(&after, before.is_none());
             }
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     /// Gives a webhook a new secret, which the answer has; the one before signs for another day, too.
@@ -126,7 +127,7 @@ impl Dispatch {
                 return self.tagged(&after, true);
             }
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     /// Deletes the version of a webhook that is named. What was to be sent to it is given up.
@@ -152,7 +153,7 @@ impl Dispatch {
                 return Ok(());
             }
         }
-        Err(contended())
+        Err(StoreError::Contended.into())
     }
 
     /// The document of a webhook that the caller sees.
