@@ -37,6 +37,7 @@ pub(super) struct Wanted {
     pub(super) pickup: String,
     pub(super) drop: String,
     pub(super) payload_kg: f64,
+    now: Timestamp,
     /// From when it may be picked up; never in the past.
     pub(super) ready_at: Timestamp,
     pub(super) arrive_by: Option<Timestamp>,
@@ -51,6 +52,7 @@ impl Wanted {
     pub(super) fn sought(&self) -> Sought<'_> {
         Sought {
             payload_kg: self.payload_kg,
+            now: self.now,
             ready_at: self.ready_at,
             arrive_by: self.arrive_by,
             price_max: self.price_max.as_ref(),
@@ -95,6 +97,7 @@ impl Dispatch {
             pickup: stated.source.text().to_owned(),
             drop: stated.destination.text().to_owned(),
             payload_kg: payload_kg.unwrap_or_default(),
+            now,
             ready_at,
             arrive_by,
             price_max: stated.price_max.cloned(),

@@ -25,6 +25,8 @@ pub fn way_s(length_m: f64) -> f64 {
 pub struct Sought<'a> {
     /// Payload in kilograms.
     pub payload_kg: f64,
+    /// When a drone could leave.
+    pub now: Timestamp,
     /// From when it may be picked up; never in the past.
     pub ready_at: Timestamp,
     /// The latest arrival.
@@ -265,7 +267,8 @@ fn times(
     fetch_m: f64,
     length_m: f64,
 ) -> Result<Times, Misfit> {
-    let fetched_at = after(sought.ready_at, fetch_m);
+    // It comes while the parcel is made ready.
+    let fetched_at = sought.ready_at.max(after(sought.now, fetch_m));
     let closed = |opens_at| Misfit::Hours {
         ready_at: fetched_at,
         opens_at,

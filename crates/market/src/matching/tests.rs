@@ -39,6 +39,7 @@ fn at(text: &str) -> Timestamp {
 fn sought() -> Sought<'static> {
     Sought {
         payload_kg: 1.0,
+        now: at("2026-11-25T08:00:00Z"),
         ready_at: at("2026-11-25T08:00:00Z"),
         arrive_by: None,
         price_max: None,
@@ -77,6 +78,21 @@ fn what_fits_has_a_price_and_times() {
         "2 drones are free",
     ];
     assert_eq!(found.reasons, reasons);
+}
+
+#[test]
+fn a_drone_is_fetched_while_the_parcel_is_made_ready() {
+    for (ready_at, pickup_at) in [
+        ("2026-11-25T09:00:00Z", "2026-11-25T09:00:00Z"),
+        ("2026-11-25T08:00:04Z", "2026-11-25T08:00:10Z"),
+    ] {
+        let ahead = Sought {
+            ready_at: at(ready_at),
+            ..sought()
+        };
+        let found = fit(&service(), &ahead, &SUPPLY).unwrap();
+        assert_eq!(found.pickup_at, at(pickup_at), "{ready_at}");
+    }
 }
 
 #[test]
