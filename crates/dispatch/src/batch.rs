@@ -13,6 +13,7 @@ use super::ways::{Errand, Ways};
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{AllocatedDrone, FleetDroneState, PublishedService};
 use skyway_market::hours::Hours;
+use skyway_market::matching::way_s;
 use skyway_service::refusal::{Code, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -33,6 +34,8 @@ pub(super) struct Waiting {
     pub(super) order: Kept<Order>,
     pub(super) service: PublishedService,
     pub(super) errand: Errand,
+    /// Before when it has to be picked up, as its service closes then; none where it does not, or the times were promised.
+    pub(super) closes_at: Option<Timestamp>,
 }
 
 /// What a round has come to over one network.
@@ -152,8 +155,8 @@ impl Dispatch {
                 services.insert(id.clone(), found);
             }
             let service = services.get(&id).and_then(Option::as_ref);
-            let closed_until = service.and_then(|service| closed_until(&order.value, service, now));
-            if let Some(opens_at) = closed_until {
+            let (opens_at, closes_at) = hours_of(&order.value, service, now);
+            if let Some(opens_at) = opens_at {
                 let reason = format!("the service '{id}' is closed until {opens_at}");
                 self.note(order, reason, now, now).await?;
                 continue;
@@ -177,6 +180,7 @@ impl Dispatch {
                     errand: Errand::between(ways, pickup, drop).await?,
                     order,
                     service,
+                    closes_at,
                 }),
                 (None, _) => {
                     let reason = format!("the service '{id}' is offered no more");
@@ -285,16 +289,24 @@ impl Dispatch {
     }
 }
 
-/// Until when the service of an order is closed. What was quoted is flown at the times that were promised.
-fn closed_until(order: &Order, service: &PublishedService, now: Timestamp) -> Option<Timestamp> {
-    if order.delivery.quote_id.is_some() {
-        return None;
-    }
-    let starts_at = order.start_time().max(now);
+/// When the service of an order opens, where it is closed, and else when it closes. What was quoted is flown at the times that
+/// were promised.
+fn hours_of(
+    order: &Order,
+    service: Option<&PublishedService>,
+    now: Timestamp,
+) -> (Option<Timestamp>, Option<Timestamp>) {
+    let service = service.filter(|_| order.delivery.quote_id.is_none());
     // Hours that cannot be read were refused when the service was published.
-    let hours = Hours::read(&service.time_zone, &service.hours).ok()?;
-    let opens_at = hours.next_opening(starts_at)?;
-    (opens_at > starts_at).then_some(opens_at)
+    let hours = service.and_then(|it| Hours::read(&it.time_zone, &it.hours).ok());
+    let Some(hours) = hours else {
+        return (None, None);
+    };
+    let starts_at = order.start_time().max(now);
+    match hours.next_opening(starts_at) {
+        Some(opens_at) if opens_at > starts_at => (Some(opens_at), None),
+        _ => (None, hours.closing(starts_at)),
+    }
 }
 
 impl Waiting {
@@ -315,12 +327,24 @@ impl Waiting {
             let Kept { document, value } = candidate.drone;
             let is_fit = document.tenant == self.provider()
                 && demand.fits(value, &self.service)
-                && !dispatch.passes_over(&document.id, now);
+                && !dispatch.passes_over(&document.id, now)
+                && self.is_open_for(candidate, now);
             is_fit
                 .then(|| self.errand.round_m(candidate.home))
                 .flatten()
         });
         costs.collect()
+    }
+
+    /// Whether a drone is at the pickup before the service closes.
+    fn is_open_for(&self, candidate: &Candidate<'_>, now: Timestamp) -> bool {
+        let Some(closes_at) = self.closes_at else {
+            return true;
+        };
+        let leaves_s = candidate.free_s.unwrap_or_default().max(0.0);
+        let fetch_m = self.errand.fetch_m(candidate.home);
+        let there_s = fetch_m.map(|fetch_m| leaves_s + way_s(fetch_m));
+        there_s.is_some_and(|there_s| there_s < closes_at.duration_since(now).as_secs_f64())
     }
 
     /// The same of drones that fly, with what waiting for them counts, beside the free one that it would have otherwise.
@@ -351,6 +375,7 @@ fn reservation(
         mut order,
         service,
         errand,
+        ..
     } = waiting;
     let mut drone = candidate.drone.clone();
     let id = order.document.id.clone();

@@ -2,8 +2,7 @@
 
 use super::batch::Waiting;
 use super::fleet::{Candidate, LATE_MAX_S};
-use jiff::{SignedDuration, Timestamp};
-use skyway_market::hours::Hours;
+use jiff::Timestamp;
 use skyway_market::matching::{SPEED_MPS, way_s};
 
 /// What waiting for a drone that flies counts at least, in seconds: it may be late.
@@ -12,7 +11,6 @@ const UNSURE_S: f64 = 30.0;
 /// For which drones an order is held. Times are in seconds from now.
 pub(super) struct Holding<'a> {
     order: &'a Waiting,
-    now: Timestamp,
     /// When the parcel is ready, and how long a drone is looked for.
     ready_s: f64,
     until_s: f64,
@@ -21,8 +19,8 @@ pub(super) struct Holding<'a> {
     /// From the free drone that it would have otherwise, and the way that follows.
     otherwise_s: f64,
     carried_s: f64,
-    /// When it may be picked up; none where that is promised.
-    hours: Option<Hours>,
+    /// Before when it has to be picked up.
+    closes_s: f64,
 }
 
 impl<'a> Holding<'a> {
@@ -36,18 +34,15 @@ impl<'a> Holding<'a> {
         let value = &order.order.value;
         let held_since = value.dispatch.holds_since_ms;
         let held_since = held_since.and_then(|ms| Timestamp::from_millisecond(ms).ok());
-        let is_promised = value.delivery.quote_id.is_some();
         let fetch_m = order.errand.fetch_m(otherwise.home)?;
-        let hours = || Hours::read(&order.service.time_zone, &order.service.hours).ok();
         Some(Self {
             ready_s: from_now(value.start_time()),
             until_s: from_now(value.waits_until()),
             held_s: held_since.map_or(0.0, from_now),
             otherwise_s: way_s(fetch_m),
             carried_s: way_s(fetch_m + order.errand.length_m()?) - way_s(fetch_m),
-            hours: if is_promised { None } else { hours() },
+            closes_s: order.closes_at.map_or(f64::INFINITY, from_now),
             order,
-            now,
         })
     }
 
@@ -65,19 +60,12 @@ impl<'a> Holding<'a> {
         let is_sooner = there_s < other_s || (there_s <= self.ready_s && can_be_late);
         // The free one has to make it in place of one that does not come.
         let given_up_s = free_s + LATE_MAX_S;
-        let drops_s = there_s.max(given_up_s + self.otherwise_s) + self.carried_s;
-        if !is_sooner || drops_s > self.until_s || !self.is_open(given_up_s.max(self.ready_s)) {
+        let picked_up_s = there_s.max(given_up_s + self.otherwise_s);
+        let is_over = picked_up_s >= self.closes_s || picked_up_s + self.carried_s > self.until_s;
+        if !is_sooner || is_over {
             return None;
         }
         let wait_s = free_s - (self.ready_s - fetch_s).max(self.held_s);
         Some(2.0 * SPEED_MPS * wait_s.max(UNSURE_S))
-    }
-
-    fn is_open(&self, at_s: f64) -> bool {
-        self.hours.as_ref().is_none_or(|hours| {
-            let at = SignedDuration::try_from_secs_f64(at_s);
-            let at = at.ok().and_then(|at_s| self.now.checked_add(at_s).ok());
-            at.is_some_and(|at| hours.is_open(at))
-        })
     }
 }

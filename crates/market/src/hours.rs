@@ -6,7 +6,7 @@
 
 use jiff::civil::{Date, DateTime, Time, Weekday};
 use jiff::tz::{AmbiguousOffset, TimeZone};
-use jiff::{Span, Timestamp};
+use jiff::{SignedDuration, Span, Timestamp};
 use skyway_contract::OpeningHours;
 use thiserror::Error;
 
@@ -112,35 +112,43 @@ impl Hours {
         })
     }
 
-    /// Whether the service picks up at an instant.
-    pub fn is_open(&self, at: Timestamp) -> bool {
-        self.next_opening(at) == Some(at)
-    }
-
     /// The first instant from `at` on at which the service picks up; `at` itself where it is open then, none at the end
     /// of the calendar.
     pub fn next_opening(&self, at: Timestamp) -> Option<Timestamp> {
         if self.windows.is_empty() {
             return Some(at);
         }
-        let today = at.to_zoned(self.zone.clone()).date();
-        // The day before: its window may go on after midnight.
-        let days =
-            (-1..=DAYS_AHEAD).filter_map(|days| today.checked_add(Span::new().days(days)).ok());
-        let mut best: Option<Timestamp> = None;
-        for day in days {
-            let on_day = self.windows.iter().filter(|window| window.is_on(day));
-            for window in on_day {
-                let Some((opens, closes)) = self.instants(window, day) else {
-                    continue;
-                };
-                let opening = opens.max(at);
-                if closes > opening && best.is_none_or(|best| opening < best) {
-                    best = Some(opening);
-                }
+        let openings = self.windows_about(at).filter_map(|(opens, closes)| {
+            let opening = opens.max(at);
+            (closes > opening).then_some(opening)
+        });
+        openings.min()
+    }
+
+    /// When the service, open at an instant, closes; none where it does not in the week ahead.
+    pub fn closing(&self, at: Timestamp) -> Option<Timestamp> {
+        let mut windows: Vec<_> = self.windows_about(at).collect();
+        windows.sort();
+        let mut closing = at;
+        // One window may begin before another has ended.
+        for (opens, closes) in windows {
+            if opens <= closing {
+                closing = closing.max(closes);
             }
         }
-        best
+        let week_ahead = at.saturating_add(SignedDuration::from_hours(24 * 7)).ok()?;
+        (!self.windows.is_empty() && closing < week_ahead).then_some(closing)
+    }
+
+    /// The windows from the day before, as one of it may go on after midnight, until all have come once.
+    fn windows_about(&self, at: Timestamp) -> impl Iterator<Item = (Timestamp, Timestamp)> {
+        let today = at.to_zoned(self.zone.clone()).date();
+        let days = (-1..=DAYS_AHEAD)
+            .filter_map(move |days| today.checked_add(Span::new().days(days)).ok());
+        days.flat_map(move |day| {
+            let on_day = self.windows.iter().filter(move |window| window.is_on(day));
+            on_day.filter_map(move |window| self.instants(window, day))
+        })
     }
 
     fn instants(&self, window: &Window, day: Date) -> Option<(Timestamp, Timestamp)> {

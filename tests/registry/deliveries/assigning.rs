@@ -275,6 +275,29 @@ async fn a_parcel_is_picked_up_when_its_service_is_open() {
     }
 }
 
+/// With a quote and without, the hours are those of the pickup.
+#[tokio::test]
+async fn no_drone_is_sent_that_comes_after_its_service_closes() {
+    let world = World::with_drones(&["shop"]).await;
+    let hours = json!([{"days": ["FRI"], "from": "07:00", "until": "18:10"}]);
+    let service = json!({"time_zone": "UTC", "hours": hours});
+    world.put_service(&service).await;
+    world.order("shop", "door").await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    // The drone of the first order is late, and the next one has 500 s to the shop.
+    world.pass(310);
+    world.put_drone("swift:far", "tower").await;
+    world.assign().await;
+    assert_eq!(world.drone_of(&id).await, "");
+    let quote = world.dispatch.create_quote(&customer("shop"), quoted());
+    let next_week = quote.await.expect("a quote").request.start_time;
+    assert_eq!(next_week.as_deref(), Some("2026-12-04T07:00:00Z"));
+    world.put_drone("swift:near", "depot").await;
+    world.assign().await;
+    assert_eq!(world.drone_of(&id).await, "swift:near");
+}
+
 #[tokio::test]
 async fn an_order_that_no_service_fits_waits_for_one() {
     let world = World::with_drones(&["depot"]).await;

@@ -20,21 +20,42 @@ fn at(text: &str) -> Timestamp {
     text.parse().unwrap()
 }
 
+fn is_open(hours: &Hours, at: Timestamp) -> bool {
+    hours.next_opening(at) == Some(at)
+}
+
 #[test]
 fn without_windows_it_is_always_open() {
     let always = hours("UTC", &[]);
     let now = at("2026-11-25T03:00:00Z");
     assert_eq!(always.next_opening(now), Some(now));
+    assert_eq!(always.closing(now), None);
+}
+
+#[test]
+fn it_closes_where_no_window_follows() {
+    let now = at("2026-11-25T10:00:00Z");
+    let lunch = [
+        window(&[], "08:00", "12:00"),
+        window(&[], "12:00", "14:00"),
+        window(&[], "15:00", "18:00"),
+    ];
+    let closing = hours("UTC", &lunch).closing(now);
+    assert_eq!(closing, Some(at("2026-11-25T14:00:00Z")));
+    let night = hours("UTC", &[window(&["TUE"], "22:00", "11:00")]);
+    assert_eq!(night.closing(now), Some(at("2026-11-25T11:00:00Z")));
+    let never = hours("UTC", &[window(&[], "00:00", "24:00")]);
+    assert_eq!(never.closing(now), None);
 }
 
 #[test]
 fn the_end_is_not_open_any_more() {
     let office = hours("Australia/Sydney", &[window(&[], "08:00", "18:00")]);
     // Sydney is 11 h ahead of UTC in November.
-    assert!(!office.is_open(at("2026-11-24T20:59:59Z")));
-    assert!(office.is_open(at("2026-11-24T21:00:00Z")));
-    assert!(office.is_open(at("2026-11-25T06:59:59Z")));
-    assert!(!office.is_open(at("2026-11-25T07:00:00Z")));
+    assert!(!is_open(&office, at("2026-11-24T20:59:59Z")));
+    assert!(is_open(&office, at("2026-11-24T21:00:00Z")));
+    assert!(is_open(&office, at("2026-11-25T06:59:59Z")));
+    assert!(!is_open(&office, at("2026-11-25T07:00:00Z")));
     let next = office.next_opening(at("2026-11-25T07:00:00Z"));
     assert_eq!(next, Some(at("2026-11-25T21:00:00Z")));
 }
@@ -43,11 +64,11 @@ fn the_end_is_not_open_any_more() {
 fn a_night_belongs_to_the_day_on_which_it_begins() {
     // 2026-11-27 is a Friday.
     let nights = hours("UTC", &[window(&["FRI"], "22:00", "02:00")]);
-    assert!(nights.is_open(at("2026-11-27T23:00:00Z")));
-    assert!(nights.is_open(at("2026-11-28T01:59:59Z")));
-    assert!(!nights.is_open(at("2026-11-28T02:00:00Z")));
-    assert!(!nights.is_open(at("2026-11-27T01:00:00Z")));
-    assert!(!nights.is_open(at("2026-11-28T23:00:00Z")));
+    assert!(is_open(&nights, at("2026-11-27T23:00:00Z")));
+    assert!(is_open(&nights, at("2026-11-28T01:59:59Z")));
+    assert!(!is_open(&nights, at("2026-11-28T02:00:00Z")));
+    assert!(!is_open(&nights, at("2026-11-27T01:00:00Z")));
+    assert!(!is_open(&nights, at("2026-11-28T23:00:00Z")));
     let next = nights.next_opening(at("2026-11-28T02:00:00Z"));
     assert_eq!(next, Some(at("2026-12-04T22:00:00Z")));
 }
@@ -55,9 +76,9 @@ fn a_night_belongs_to_the_day_on_which_it_begins() {
 #[test]
 fn whole_days_follow_each_other_without_a_gap() {
     let weekend = hours("UTC", &[window(&["SAT", "SUN"], "00:00", "24:00")]);
-    assert!(weekend.is_open(at("2026-11-28T23:59:59.999Z")));
-    assert!(weekend.is_open(at("2026-11-29T00:00:00Z")));
-    assert!(!weekend.is_open(at("2026-11-30T00:00:00Z")));
+    assert!(is_open(&weekend, at("2026-11-28T23:59:59.999Z")));
+    assert!(is_open(&weekend, at("2026-11-29T00:00:00Z")));
+    assert!(!is_open(&weekend, at("2026-11-30T00:00:00Z")));
 }
 
 #[test]
@@ -66,20 +87,20 @@ fn a_time_that_is_skipped_is_that_of_the_change() {
     let early = hours("Europe/Berlin", &[window(&[], "02:30", "04:00")]);
     let opening = early.next_opening(at("2026-03-29T00:30:00Z"));
     assert_eq!(opening, Some(at("2026-03-29T01:00:00Z")));
-    assert!(!early.is_open(at("2026-03-29T02:00:00Z")));
+    assert!(!is_open(&early, at("2026-03-29T02:00:00Z")));
     let late = hours("Europe/Berlin", &[window(&[], "01:00", "02:30")]);
-    assert!(late.is_open(at("2026-03-29T00:59:59Z")));
-    assert!(!late.is_open(at("2026-03-29T01:00:00Z")));
+    assert!(is_open(&late, at("2026-03-29T00:59:59Z")));
+    assert!(!is_open(&late, at("2026-03-29T01:00:00Z")));
 }
 
 #[test]
 fn a_time_that_comes_twice_opens_at_the_first_and_closes_at_the_second() {
     // On 2026-10-25 clocks in Berlin go from 03:00 back to 02:00, which is 01:00 UTC.
     let night = hours("Europe/Berlin", &[window(&[], "02:30", "02:45")]);
-    assert!(!night.is_open(at("2026-10-25T00:29:59Z")));
-    assert!(night.is_open(at("2026-10-25T00:30:00Z")));
-    assert!(night.is_open(at("2026-10-25T01:44:59Z")));
-    assert!(!night.is_open(at("2026-10-25T01:45:00Z")));
+    assert!(!is_open(&night, at("2026-10-25T00:29:59Z")));
+    assert!(is_open(&night, at("2026-10-25T00:30:00Z")));
+    assert!(is_open(&night, at("2026-10-25T01:44:59Z")));
+    assert!(!is_open(&night, at("2026-10-25T01:45:00Z")));
 }
 
 #[test]
@@ -94,7 +115,7 @@ fn of_several_windows_the_first_counts() {
     // 2026-11-30 is a Monday.
     let next = both.next_opening(at("2026-11-28T00:00:00Z"));
     assert_eq!(next, Some(at("2026-11-30T08:00:00Z")));
-    assert!(both.is_open(at("2026-11-30T11:00:00Z")));
+    assert!(is_open(&both, at("2026-11-30T11:00:00Z")));
 }
 
 #[test]
