@@ -308,6 +308,34 @@ fn check(told: &Told, (role, name): (Role, &str), path: &str, may: bool) {
     assert!(!told.body.contains("SECRET-recipient"), "{what}");
 }
 
+#[tokio::test]
+async fn what_an_operator_has_suspended_its_provider_does_not_lift() {
+    let place = Place::new();
+    let mut served = Served::with_network(&place, Settings::default()).await;
+    served.ask_only_with_tokens().await;
+    let path = "/v1/providers/acme";
+    let steps = [
+        ("provider/acme", "PUT", "suspended", 201),
+        ("provider/acme", "PUT", "active", 200),
+        ("operator/air", "PUT", "suspended", 200),
+        ("provider/acme", "PUT", "suspended", 200),
+        ("provider/acme", "PUT", "active", 403),
+        ("provider/acme", "DELETE", "", 403),
+        ("operator/air", "PUT", "active", 200),
+        ("provider/acme", "DELETE", "", 204),
+    ];
+    for (number, (token, method, state, status)) in steps.into_iter().enumerate() {
+        let token = format!("Bearer {token}");
+        let headers = [("authorization", &*token), ("if-match", "*")];
+        let headers = if number == 0 { &headers[..1] } else { &headers };
+        let body = json!({"name": "Acme", "state": state}).to_string();
+        let body = if method == "PUT" { &*body } else { "" };
+        let told = served.ask(&format!("{method} {path}"), headers, body).await;
+        assert_eq!(told.status, status, "step {number}: {}", told.body);
+    }
+    served.end().await;
+}
+
 /// What the others are refused for is whose it is, and nothing else.
 #[tokio::test]
 async fn owners_read_what_is_theirs() {

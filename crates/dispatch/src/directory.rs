@@ -64,7 +64,7 @@ pub trait Entry: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     ) -> Checked<'a, Self>;
 
     /// How it stands, for those who look for all that stand so.
-    fn state(&self) -> &'static str {
+    fn state(&self, _place: Place<'_>) -> &'static str {
         ""
     }
 
@@ -78,13 +78,17 @@ pub trait Entry: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
     fn check_unused<'a>(&'a self, dispatch: &'a Dispatch, place: Place<'a>) -> Checked<'a, ()>;
 }
 
-/// Under which id, and whose.
+/// Under which id, whose, and who puts or deletes it.
 #[derive(Clone, Copy, Debug)]
 pub struct Place<'a> {
     /// The id.
     pub id: &'a str,
     /// The tenant.
     pub tenant: &'a str,
+    /// Who puts or deletes it.
+    pub caller: &'a Caller,
+    /// How what is there stands; empty where nothing is.
+    pub stood: &'a str,
 }
 
 /// Something of the directory, and its version as an entity tag.
@@ -166,10 +170,6 @@ impl Dispatch {
         if_match: Option<String>,
     ) -> Result<Tagged<T>, Refusal> {
         let tenant = draft.tenant(caller, id)?;
-        let place = Place {
-            id,
-            tenant: &tenant,
-        };
         let expected = Expected::of(if_match);
         for _ in 0..DECISIONS {
             let before = self.documents.document(T::KIND, id).await?;
@@ -185,6 +185,13 @@ impl Dispatch {
             if before.is_none() {
                 self.check_number::<T>(&tenant).await?;
             }
+            let stood = before.as_ref().map(|before| &*before.document.state);
+            let place = Place {
+                id,
+                tenant: &tenant,
+                caller,
+                stood: stood.unwrap_or_default(),
+            };
             let value = draft.clone();
             let value = value
                 .checked(self, place, before.as_ref().map(|before| &before.value))
@@ -224,6 +231,8 @@ impl Dispatch {
             let place = Place {
                 id,
                 tenant: &before.document.tenant,
+                caller,
+                stood: &before.document.state,
             };
             before.value.check_unused(self, place).await?;
             let commit = Commit {
@@ -289,7 +298,7 @@ impl Dispatch {
         before: Option<&Kept<T>>,
     ) -> Document {
         let owners = (place.tenant, "");
-        let stands = (value.state(), text(value));
+        let stands = (value.state(place), text(value));
         let made = fresh(T::KIND, place.id, owners, stands, self.clock.now());
         Document {
             version: before.map_or(1, |before| before.document.version + 1),

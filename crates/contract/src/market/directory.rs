@@ -12,7 +12,7 @@ pub enum ProviderState {
     /// They are.
     #[default]
     Active,
-    /// They are not; what was ordered goes on.
+    /// They are not; what was ordered goes on. Where an operator has suspended it, an operator alone lifts that.
     Suspended,
 }
 

@@ -31,7 +31,7 @@ impl Entry for FleetDrone {
         Box::pin(check(self, dispatch, place, before))
     }
 
-    fn state(&self) -> &'static str {
+    fn state(&self, _place: Place<'_>) -> &'static str {
         drone_state(self.state)
     }
 

@@ -8,6 +8,9 @@ use skyway_service::access::{Caller, Role};
 use skyway_service::intake::Faults;
 use skyway_service::refusal::{Code, Refusal};
 
+/// How a provider stands in the store that an operator has suspended.
+const SUSPENDED_BY_OPERATOR: &str = "suspended_by_operator";
+
 impl Entry for Provider {
     const KIND: DocumentKind = DocumentKind::Provider;
     const IS_OFFERED: bool = true;
@@ -29,14 +32,19 @@ impl Entry for Provider {
         check_name(&mut faults, &self.name);
         faults.text("/contact", self.contact.as_deref(), CONTACT_BYTES_MAX);
         self.id = Some(place.id.to_owned());
-        let checked = faults.check(Code::BodyInvalid, Self::KIND.name());
+        let mut checked = faults.check(Code::BodyInvalid, Self::KIND.name());
+        if self.state == ProviderState::Active {
+            checked = checked.and_then(|()| check_lifted(place));
+        }
         Box::pin(async move { checked.map(|()| self) })
     }
 
-    fn state(&self) -> &'static str {
+    fn state(&self, place: Place<'_>) -> &'static str {
+        let is_own = place.caller.role == Role::Provider && place.stood != SUSPENDED_BY_OPERATOR;
         match self.state {
             ProviderState::Active => "active",
-            ProviderState::Suspended => "suspended",
+            ProviderState::Suspended if is_own => "suspended",
+            ProviderState::Suspended => SUSPENDED_BY_OPERATOR,
         }
     }
 
@@ -55,6 +63,8 @@ impl Entry for Provider {
     /// A provider that has drones or services still has something to deliver with.
     fn check_unused<'a>(&'a self, dispatch: &'a Dispatch, place: Place<'a>) -> Checked<'a, ()> {
         Box::pin(async move {
+            // Else it would come back active.
+            check_lifted(place)?;
             for kind in [DocumentKind::Drone, DocumentKind::Service] {
                 let count = dispatch.documents.count_documents(kind, Some(place.tenant));
                 let count = count.await?;
@@ -70,4 +80,16 @@ impl Entry for Provider {
             dispatch.check_no_open_delivery(place.tenant, None).await
         })
     }
+}
+
+/// Checks that a provider does not lift what an operator has suspended.
+fn check_lifted(place: Place<'_>) -> Result<(), Refusal> {
+    if place.caller.role == Role::Provider && place.stood == SUSPENDED_BY_OPERATOR {
+        let detail = format!(
+            "an operator has suspended provider '{}', and lifts it",
+            place.id
+        );
+        return Err(Refusal::new(Code::Forbidden, detail));
+    }
+    Ok(())
 }
