@@ -47,6 +47,12 @@ async fn an_edge_that_is_kept_to_a_network_speaks_of_no_other() {
         let refused = served.ask(&line, &headers, body).await;
         refused.refuses(403, "forbidden");
     }
+    for (token, listed) in [(&own, 1), (&others, 0)] {
+        let headers = [("authorization", &**token)];
+        let told = served.ask("GET /v1/networks", &headers, "").await.is(200);
+        let networks = told.json()["networks"].as_array().map(Vec::len);
+        assert_eq!(networks, Some(listed), "{token}: {}", told.body);
+    }
     let headers = [("authorization", &*own), ("if-match", "*")];
     let lifted = format!("DELETE {}", zone(NETWORK));
     served.ask(&lifted, &headers, "").await.is(200);

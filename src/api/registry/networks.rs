@@ -3,7 +3,7 @@
 use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
-use crate::api::rest::extract::{NoParameters, Query};
+use crate::api::rest::extract::{Authenticated, NoParameters, Query};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::refusal::{Code, Refusal};
@@ -38,7 +38,7 @@ pub(super) struct NetworkDocument {
     features: Vec<Value>,
 }
 
-/// Lists the networks, by id.
+/// Lists the networks that the caller may speak of, by id.
 #[utoipa::path(
     get,
     path = "/v1/networks",
@@ -47,9 +47,12 @@ pub(super) struct NetworkDocument {
 )]
 pub(super) async fn list_networks(
     State(registry): State<Arc<Registry>>,
+    Authenticated(caller): Authenticated,
     Query(NoParameters {}): Query<NoParameters>,
 ) -> Answer {
-    json(&registry.networks().await?)
+    let mut told = registry.networks().await?;
+    told.networks.retain(|it| caller.is_of_network(&it.id));
+    json(&told)
 }
 
 /// Tells a network in the native format.
