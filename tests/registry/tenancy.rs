@@ -59,6 +59,42 @@ async fn an_edge_that_is_kept_to_a_network_speaks_of_no_other() {
     served.end().await;
 }
 
+#[tokio::test]
+async fn an_edge_that_is_kept_to_a_network_places_no_drone_of_another() {
+    let place = Place::new();
+    let mut served = Served::with_network(&place, Settings::default()).await;
+    let mut things = things();
+    things.retain(|thing| thing.kind == DocumentKind::Drone);
+    let mut elsewhere = things[0].clone();
+    elsewhere.id = "acme:8".to_owned();
+    elsewhere.body = elsewhere.body.replace(NETWORK, "elsewhere");
+    things.push(elsewhere);
+    let commit = Commit {
+        puts: things,
+        ..Commit::default()
+    };
+    let committed = served.registry.documents().commit(&commit).await;
+    assert_eq!(committed, Ok(Committed::Done));
+    served.ask_only_with_tokens().await;
+    let line = format!("POST /v1/networks/{NETWORK}/edges/local%2Fdesk/positions");
+    let entry =
+        |drone: &str| json!({"drone_id": drone, "at_ms": NOW_MS - 1000, "lon": 1, "lat": 2});
+    let batch = json!({"positions": [entry("acme:7"), entry("acme:8"), entry("unknown")]});
+    for (token, stored) in [
+        (format!("edge/local@{NETWORK}"), 2),
+        ("edge/local".to_owned(), 1),
+    ] {
+        let token = format!("Bearer {token}");
+        let headers = [("authorization", &*token)];
+        let told = served
+            .ask(&line, &headers, &batch.to_string())
+            .await
+            .is(200);
+        assert_eq!(told.json()["stored"], stored, "{token}");
+    }
+    served.end().await;
+}
+
 fn tariff() -> Value {
     json!({"currency": "AUD", "base": "7771.77"})
 }

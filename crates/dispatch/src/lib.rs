@@ -12,6 +12,7 @@ mod deliveries;
 mod directory;
 mod edge_http;
 mod edges;
+mod enrolled;
 mod fleet;
 mod holding;
 mod messages;
@@ -42,6 +43,7 @@ pub use positions::PositionsAsked;
 pub use webhooks::TaggedWebhook;
 
 use edge_http::HttpEdges;
+use enrolled::Enrolled;
 use reliability::Measured;
 use skyway_registry::Registry;
 use skyway_registry::documents::Documents;
@@ -72,6 +74,7 @@ pub struct Dispatch {
     edges: Arc<dyn EdgeClient>,
     ways: KnownWays,
     measured: Measured,
+    enrolled: Enrolled,
     /// There may be something to assign.
     orders: Notify,
     /// There may be something to send.
@@ -104,6 +107,7 @@ impl Dispatch {
             edges,
             ways: KnownWays::default(),
             measured: Measured::default(),
+            enrolled: Enrolled::default(),
             orders: Notify::new(),
             messages: Notify::new(),
         })

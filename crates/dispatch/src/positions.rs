@@ -10,7 +10,7 @@ use skyway_registry::documents::PositionRow;
 use skyway_service::access::Caller;
 use skyway_service::intake::Faults;
 use skyway_service::refusal::{Code, Refusal};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 /// The most positions of a batch.
@@ -45,12 +45,13 @@ pub struct PositionsAsked {
 
 impl Dispatch {
     /// Keeps the positions that an edge tells. Those that cannot be are passed over: a drone with a wrong clock is not to
-    /// hold up the others.
+    /// hold up the others. So are drones of other networks where the caller is kept to one.
     ///
     /// # Errors
     /// When there is no such network, there are too many at once, or the store does not answer.
     pub async fn take_positions(
         &self,
+        caller: &Caller,
         network: &str,
         edge: &str,
         batch: &PositionBatch,
@@ -70,7 +71,17 @@ impl Dispatch {
         let usable = batch.positions.iter();
         let usable =
             usable.filter(|entry| (from_ms..until_ms).contains(&entry.at_ms) && can_be(entry));
-        let rows: Vec<PositionRow> = usable.map(row).collect();
+        let mut rows: Vec<PositionRow> = usable.map(row).collect();
+        if caller.network.is_some() {
+            let drones: BTreeSet<String> = rows.iter().map(|row| row.drone.clone()).collect();
+            let mut strangers = BTreeSet::new();
+            for drone in drones {
+                if self.is_enrolled_elsewhere(&drone, network).await? {
+                    strangers.insert(drone);
+                }
+            }
+            rows.retain(|row| !strangers.contains(&row.drone));
+        }
         let (passed_over, left_out) = (count - rows.len(), batch.left_out);
         if passed_over > 0 || left_out > 0 {
             tracing::warn!(

@@ -41,7 +41,8 @@ pub(super) struct HistoryParameters {
 
 /// Keeps where drones were. The same position is kept once, however often it is sent.
 ///
-/// The body may be compressed (`Content-Encoding: gzip`); it counts as it is then, too: at most 8 MiB.
+/// The body may be compressed (`Content-Encoding: gzip`); it counts as it is then, too: at most 8 MiB. A token that is kept to a
+/// network places no drone that is enrolled over another one.
 #[utoipa::path(
     post,
     path = "/v1/networks/{network}/edges/{id}/positions",
@@ -78,7 +79,11 @@ pub(super) async fn take_positions(
     let batch = read.map_err(|error| {
         Refusal::new(Code::Internal, format!("the batch was not read: {error}"))
     })??;
-    json(&dispatch.take_positions(&network, &id, &batch).await?)
+    json(
+        &dispatch
+            .take_positions(&caller, &network, &id, &batch)
+            .await?,
+    )
 }
 
 /// Tells where a drone was, oldest first.
