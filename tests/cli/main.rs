@@ -26,3 +26,4 @@ mod requests;
 mod services;
 #[cfg(feature = "edge")]
 mod traces;
+mod tracks;

@@ -47,10 +47,10 @@ impl Track {
         })
     }
 
-    /// Tells every event until the delivery has ended; tells how.
+    /// Tells what changes until the delivery has ended; tells how.
     async fn follow(&self, remote: &Remote, output: &Output) -> Result<DeliveryStatus, Stop> {
         let path = format!("/v1/deliveries/{}/track", segment(&self.id));
-        let mut failed = 0;
+        let (mut failed, mut told) = (0, String::new());
         loop {
             let begun = remote.events(&path).await;
             let mut events = match begun {
@@ -68,7 +68,12 @@ impl Track {
                 let track: DeliveryTrack = serde_json::from_str(&data).map_err(|error| {
                     Stop::failed(format!("the registry's event cannot be read: {error}"))
                 })?;
-                self.tell(&track, output)?;
+                // A drone tells its place each second, also where it stands.
+                let line = self.line(&track)?;
+                if line != told {
+                    output.line(&line)?;
+                    told = line;
+                }
                 if track.status.is_final() {
                     return Ok(track.status);
                 }
@@ -77,10 +82,10 @@ impl Track {
         }
     }
 
-    fn tell(&self, track: &DeliveryTrack, output: &Output) -> Result<(), Stop> {
+    fn line(&self, track: &DeliveryTrack) -> Result<String, Stop> {
         if self.json {
             let event: Value = serde_json::to_value(track).map_err(Stop::failed)?;
-            return output.line(&event.to_string());
+            return Ok(event.to_string());
         }
         let mut line = track.status.name().to_owned();
         if let Some(expected_at) = &track.expected_at {
@@ -95,6 +100,6 @@ impl Track {
         if let Some(reason) = &track.reason {
             line += &format!(": {reason}");
         }
-        output.line(&line)
+        Ok(line)
     }
 }
