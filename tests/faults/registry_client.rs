@@ -4,14 +4,19 @@ use crate::daemon::Address;
 use crate::history::{Act, Holding, Logged, Outcome, Seen, Version};
 use crate::square::{circle, middle_of, network, tag_of};
 use serde_json::{Value, json};
-use skyway::wire::{ChangesPage, LoggedChange, ObjectKind, RegistrySnapshot, Written};
+use skyway::wire::{ChangesPage, LoggedChange, ObjectKind, Problem, RegistrySnapshot, Written};
 use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpListener;
 
 pub(crate) const NETWORK: &str = "square";
 /// How large zones are.
 pub(crate) const RADIUS_M: f64 = 10.0;
 /// Longer than a request may take, and shorter than a test.
 const TIMEOUT: Duration = Duration::from_secs(10);
+/// How often a request is asked for again whose first sending is still being answered: a second apart, longer than a
+/// registry takes for it.
+const ASKED_AGAIN_MAX: u32 = 40;
 
 /// What came back: a status and a text; or nothing, and whether the request was ever sent.
 pub(crate) enum Answer {
@@ -158,7 +163,14 @@ impl Client {
             Act::Delete { id } => (format!("DELETE {all}/{id}"), Value::Null),
             Act::Read { id } => (format!("GET {all}/{id}"), Value::Null),
         };
-        let came = self.ask(&line, &headers, &body).await;
+        let mut came = self.ask(&line, &headers, &body).await;
+        for _ in 0..ASKED_AGAIN_MAX {
+            let Some(wait) = in_progress(&came) else {
+                break;
+            };
+            tokio::time::sleep(wait).await;
+            came = self.ask(&line, &headers, &body).await;
+        }
         let life = life_of(&came);
         let (outcome, etag) = outcome(act, came);
         match self.is_of_edge {
@@ -375,6 +387,19 @@ fn outcome(act: &Act, came: Answer) -> (Outcome, Option<String>) {
     (outcome, etag)
 }
 
+/// After which time to ask again for what the first sending of the same request is answered.
+fn in_progress(came: &Answer) -> Option<Duration> {
+    let Answer::Came {
+        status: 409, body, ..
+    } = came
+    else {
+        return None;
+    };
+    let problem: Problem = serde_json::from_str(body).ok()?;
+    let wait_s = problem.retry_after_s.unwrap_or(1);
+    (problem.code == "idempotency_in_progress").then_some(Duration::from_secs(wait_s.into()))
+}
+
 /// The epoch of the edge that an answer states.
 fn life_of(came: &Answer) -> Option<u64> {
     let Answer::Came { body, .. } = came else {
@@ -397,4 +422,35 @@ fn version_of(body: &str) -> Option<Version> {
         epoch: written.epoch,
         revision: written.revision,
     })
+}
+
+#[tokio::test]
+async fn a_request_whose_first_sending_is_still_being_answered_is_asked_again() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.expect("a port");
+    let address = Address::at(listener.local_addr().expect("an address"));
+    let telling = tokio::spawn(async move {
+        let problem = json!({
+            "type": "", "title": "", "status": 409, "code": "idempotency_in_progress", "detail": "",
+            "retry_after_s": 0,
+        });
+        let problem = problem.to_string();
+        for (status, body) in [("409 Conflict", &*problem), ("201 Created", "{}")] {
+            let (mut stream, _) = listener.accept().await.expect("a connection");
+            // All of the request, so that nothing of it is left where the stream is closed.
+            let mut asked = Vec::new();
+            while !asked.ends_with(b"}") {
+                stream.read_buf(&mut asked).await.expect("a request");
+            }
+            let length = body.len();
+            let head =
+                format!("HTTP/1.1 {status}\r\nconnection: close\r\ncontent-length: {length}");
+            let answer = format!("{head}\r\n\r\n{body}");
+            stream.write_all(answer.as_bytes()).await.expect("it waits");
+        }
+    });
+    let (id, tag) = ("zone-1".to_owned(), "w0-1".to_owned());
+    let put = Act::Put { id, tag };
+    let (outcome, ..) = Client::new(&address).act(&put, None, Some("key")).await;
+    assert_eq!(outcome, Outcome::Done(None));
+    telling.await.expect("no panic");
 }
