@@ -157,6 +157,7 @@ fn dispatch(
         edge_token: edge_token.transpose().map_err(io::Error::other)?,
         edge_origins: deliveries.edge_origins.iter().map(str::to_owned).collect(),
         webhooks_anywhere: deliveries.webhooks_anywhere,
+        open_max: u64::try_from(deliveries.open_max).unwrap_or(u64::MAX),
     };
     Ok(Dispatch::new(
         registry.clone(),

@@ -114,7 +114,7 @@ async fn a_store_of_a_later_version_is_refused() {
         error,
         StoreError::Newer {
             found: 99,
-            known: 2
+            known: 3
         }
     );
 }

@@ -54,7 +54,7 @@ use tokio_util::sync::CancellationToken;
 use ways::KnownWays;
 
 /// What deliveries are dispatched with.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Settings {
     /// The token that edges are asked with.
     pub edge_token: Option<String>,
@@ -62,6 +62,19 @@ pub struct Settings {
     pub edge_origins: Vec<String>,
     /// Whether webhooks may be called without encryption and at private addresses.
     pub webhooks_anywhere: bool,
+    /// At most this many orders of one customer that are not over.
+    pub open_max: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            edge_token: None,
+            edge_origins: Vec::new(),
+            webhooks_anywhere: false,
+            open_max: u64::MAX,
+        }
+    }
 }
 
 /// Everything behind the use cases of deliveries.

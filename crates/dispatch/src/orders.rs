@@ -3,7 +3,7 @@
 use super::Dispatch;
 use super::offers::{Availability, Sellers, no_offer};
 use super::quotes::{ACCEPTED, accepted_times, forbidden};
-use super::records::{Kept, Order, Progress, absent, fresh, seen, text, timed_id};
+use super::records::{Kept, Order, Progress, absent, fresh, open_states, seen, text, timed_id};
 use super::views::{Eyes, view};
 use super::wanted::Stated;
 use jiff::Timestamp;
@@ -67,6 +67,7 @@ impl Dispatch {
         let customer = caller.acts_for(order.customer.as_deref());
         let customer = customer.ok_or_else(forbidden)?;
         check_order(order, customer)?;
+        self.check_open(customer).await?;
         for _ in 0..DECISIONS {
             let errand = match &order.quote_id {
                 Some(id) => self.quoted(caller, customer, id).await,
@@ -95,6 +96,17 @@ impl Dispatch {
             }
         }
         Err(StoreError::Contended.into())
+    }
+
+    /// Checks that a customer may order more. Orders that come at once may go a little beyond the bound.
+    async fn check_open(&self, customer: &str) -> Result<(), Refusal> {
+        let states: Vec<&str> = open_states().collect();
+        let open = self.documents.count_deliveries(customer, &states).await?;
+        if open < self.settings.open_max {
+            return Ok(());
+        }
+        let detail = format!("'{customer}' has {open} orders that are not over");
+        Err(Refusal::new(Code::LimitReached, detail))
     }
 
     /// What the same request was answered before; none where it has no idempotency key, or was not answered.

@@ -25,6 +25,14 @@ pub(super) const CALLING_OFF: &str = "calling_off";
 /// State of the document of an order whose edge was given up, and is asked to call its flight off.
 pub(super) const GIVEN_UP: &str = "given_up";
 
+/// How documents of deliveries stand that are not over.
+pub(super) fn open_states() -> impl Iterator<Item = &'static str> {
+    let open = DeliveryStatus::ALL.into_iter();
+    let open = open.filter(|status| !status.is_final());
+    let asked = [RESERVING, CALLING_OFF, GIVEN_UP];
+    open.map(DeliveryStatus::name).chain(asked)
+}
+
 /// A document and what it holds.
 #[derive(Clone, Debug)]
 pub(super) struct Kept<T> {

@@ -293,6 +293,13 @@ pub trait Documents: Debug + Send + Sync {
         tenant: Option<&'a str>,
     ) -> Answer<'a, u64>;
 
+    /// How many deliveries a tenant has ordered that stand in one of these ways.
+    fn count_deliveries<'a>(
+        &'a self,
+        tenant: &'a str,
+        states: &'a [&'static str],
+    ) -> Answer<'a, u64>;
+
     /// Writes a commit.
     fn commit<'a>(&'a self, commit: &'a Commit) -> Answer<'a, Committed>;
 

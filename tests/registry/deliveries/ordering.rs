@@ -1,6 +1,6 @@
 //! Searches, quotes and orders, and who sees them.
 
-use super::world::{NETWORK, SERVICE, World, customer, errand, of};
+use super::world::{NETWORK, OPEN_MAX, SERVICE, World, customer, errand, of};
 use jiff::Timestamp;
 use serde_json::json;
 use skyway::access::Role;
@@ -246,6 +246,25 @@ async fn the_same_key_orders_once() {
         .await
         .expect("a page");
     assert_eq!(all.deliveries.len(), 1);
+}
+
+#[tokio::test]
+async fn a_customer_has_so_many_orders_at_once_and_no_more() {
+    let world = World::with_drones(&[]).await;
+    let order = errand("shop", "door");
+    let first = world.try_order(&order).await.expect("an order").id;
+    for _ in 1..OPEN_MAX {
+        world.try_order(&order).await.expect("an order");
+    }
+    let one_more = world.try_order(&order).await.unwrap_err();
+    assert_eq!(one_more.code, Code::LimitReached);
+    assert_eq!(one_more.detail, "'shop' has 320 orders that are not over");
+    let (other, options) = (customer("other"), WriteOptions::default());
+    let of_another = world.dispatch.create_delivery(&other, &order, &options);
+    of_another.await.expect("room for others");
+    let called_off = world.dispatch.cancel_delivery(&customer("shop"), &first);
+    called_off.await.expect("it waits");
+    world.try_order(&order).await.expect("room again");
 }
 
 #[tokio::test]

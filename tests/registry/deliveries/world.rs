@@ -22,6 +22,8 @@ pub(crate) const NETWORK: &str = "street";
 pub(crate) const EDGE: &str = "edge-1";
 pub(crate) const SERVICE: &str = "swift:parcels";
 const HOOK: &str = "shop:hook";
+/// The most orders of a customer that are not over.
+pub(crate) const OPEN_MAX: u64 = 320;
 
 pub(crate) struct World {
     pub(crate) dispatch: Arc<Dispatch>,
@@ -123,6 +125,7 @@ impl World {
         noted.expect("an edge");
         let settings = Settings {
             webhooks_anywhere: true,
+            open_max: OPEN_MAX,
             ..Settings::default()
         };
         let documents = registry.documents();

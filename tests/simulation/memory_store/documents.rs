@@ -25,6 +25,10 @@ impl Documents for MemoryStore {
         none_kept()
     }
 
+    fn count_deliveries<'a>(&'a self, _: &'a str, _: &'a [&'static str]) -> Answer<'a, u64> {
+        none_kept()
+    }
+
     fn commit<'a>(&'a self, _: &'a Commit) -> Answer<'a, Committed> {
         none_kept()
     }

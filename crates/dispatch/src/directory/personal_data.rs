@@ -5,10 +5,10 @@
 
 use super::{DECISIONS, etag};
 use crate::Dispatch;
-use crate::records::{CALLING_OFF, GIVEN_UP, Kept, RESERVING, seen, text};
+use crate::records::{Kept, RESERVING, open_states, seen, text};
 use serde::Deserialize;
 use serde_json::Value;
-use skyway_contract::{Customer, CustomerData, Delivery, DeliveryStatus, Quote, Recipient};
+use skyway_contract::{Customer, CustomerData, Delivery, Quote, Recipient};
 use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
 use skyway_registry::store::StoreError;
 use skyway_service::access::{Caller, Role, is_tenant};
@@ -273,12 +273,8 @@ impl Pages {
     /// Deliveries that are not over, of which the tenant is customer or provider.
     fn open(tenant: &str) -> Self {
         let mut pages = Self::of(DocumentKind::Delivery, tenant);
-        let open = DeliveryStatus::ALL.into_iter();
-        let open = open.filter(|status| !status.is_final());
-        let states = open.map(DeliveryStatus::name);
         if let Some(query) = &mut pages.query {
-            let states = states.chain([RESERVING, CALLING_OFF, GIVEN_UP]);
-            query.states = states.map(str::to_owned).collect();
+            query.states = open_states().map(str::to_owned).collect();
         }
         pages
     }

@@ -116,6 +116,29 @@ pub(super) async fn count(
     Ok(unsigned(count, "a number of documents")?)
 }
 
+/// How many deliveries a tenant has ordered that stand in one of these ways, out of an index of deliveries alone.
+pub(super) async fn count_deliveries(
+    connection: &mut Connection,
+    tenant: &str,
+    states: &[&'static str],
+) -> Result<u64, Trouble> {
+    let mut statement = QueryBuilder::<Database>::new(
+        "SELECT COUNT(*) FROM documents WHERE kind = 'delivery' AND tenant = ",
+    );
+    statement
+        .push_bind(tenant.to_owned())
+        .push(" AND state IN (");
+    let mut stands = statement.separated(", ");
+    for state in states {
+        stands.push_bind(*state);
+    }
+    statement.push(")");
+    let asked = statement.build().fetch_one(connection);
+    let count = asked.await.map_err(trouble)?;
+    let count = count.try_get(0).map_err(trouble)?;
+    Ok(unsigned(count, "a number of deliveries")?)
+}
+
 /// Whether every version that a commit was decided on is still there.
 async fn holds(connection: &mut Connection, seen: &[Seen]) -> Result<bool, Trouble> {
     for some in seen.chunks(ROWS_AT_ONCE) {

@@ -31,6 +31,18 @@ impl Documents for SqlStore {
         })
     }
 
+    fn count_deliveries<'a>(
+        &'a self,
+        tenant: &'a str,
+        states: &'a [&'static str],
+    ) -> Answer<'a, u64> {
+        Box::pin(async move {
+            asking!(self, |connection| documents::count_deliveries(
+                connection, tenant, states
+            ))
+        })
+    }
+
     fn commit<'a>(&'a self, commit: &'a Commit) -> Answer<'a, Committed> {
         Box::pin(async move { writing!(self, |connection| documents::commit(connection, commit)) })
     }

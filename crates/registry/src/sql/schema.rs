@@ -4,7 +4,7 @@
 //! to leave the version before able to read and write.
 
 /// The steps from an empty database to the schema of this version; the number of steps is its number.
-pub(crate) const STEPS: &[&[&str]] = &[LOG, MARKET];
+pub(crate) const STEPS: &[&[&str]] = &[LOG, MARKET, OPEN_ORDERS];
 
 /// The log, and who follows it.
 const LOG: &[&str] = &[
@@ -111,6 +111,10 @@ const MARKET: &[&str] = &[
         PRIMARY KEY (network, edge, lineage)
     )",
 ];
+
+/// How many orders of a customer are not over is asked with each order.
+const OPEN_ORDERS: &[&str] =
+    &["CREATE INDEX deliveries_of_tenant ON documents (tenant, state) WHERE kind = 'delivery'"];
 
 /// Where the number of the schema and the identity stand; older than every step.
 pub(crate) const FACTS: &str =

@@ -118,6 +118,10 @@ impl Documents for Memory {
         now(found)
     }
 
+    fn count_deliveries<'a>(&'a self, _: &'a str, _: &'a [&'static str]) -> Answer<'a, u64> {
+        not_here()
+    }
+
     fn count_documents<'a>(
         &'a self,
         kind: DocumentKind,
