@@ -149,6 +149,25 @@ pub(crate) async fn answers_are_kept_and_forgotten(open: Open) {
     store.forget_replies(20, 1 << 20).await.expect("forgets");
     assert_eq!(store.reply("test", "k").await.expect("answers"), None);
     assert!(store.reply("test", "l").await.expect("answers").is_some());
+    // Later and more than what the other one has.
+    for number in 0..20 {
+        let made = write(NETWORK, vec![zone(&format!("flood-{number}"), "1")]);
+        let mut of_another = keyed(made, &format!("f{number}"), 40 + number);
+        let key = of_another.key.as_mut().expect("a key");
+        key.subject = "another".to_owned();
+        commit(&*store, of_another).await;
+    }
+    let kept = store.reply("test", "l").await.expect("answers");
+    let bytes = kept.expect("a reply").1.body.len() as u64;
+    store.forget_replies(0, 4 * bytes).await.expect("forgets");
+    for (subject, key, is_kept) in [
+        ("test", "l", true),
+        ("another", "f19", true),
+        ("another", "f0", false),
+    ] {
+        let reply = store.reply(subject, key).await.expect("answers");
+        assert_eq!(reply.is_some(), is_kept, "{subject} {key}");
+    }
     store.forget_replies(0, 1).await.expect("forgets");
     assert_eq!(store.reply("test", "l").await.expect("answers"), None);
     store.close().await;

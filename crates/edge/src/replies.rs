@@ -16,7 +16,7 @@ use skyway_engine::airspace::Airspace;
 use skyway_service::refusal::{Code, Refusal};
 use std::any::Any;
 use std::borrow::Cow;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet};
 use std::future::Future;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use tokio::sync::OnceCell;
@@ -50,13 +50,26 @@ struct Held<V> {
     value: V,
 }
 
-/// Entries by key, bounded in number, bytes and age: the oldest go first.
+/// The entries of a subject, the oldest first, and what they take.
+#[derive(Debug, Default)]
+struct Share {
+    serials: BTreeSet<u64>,
+    bytes: usize,
+}
+
+/// Entries by subject and key, bounded in number, bytes and age. Beyond the bytes the oldest of the subject that takes the
+/// most goes, so that none drives out what a lesser one has. An entry counts at least its part of the bytes, which so bound
+/// the number, too.
 #[derive(Debug)]
 struct Aging<K, V> {
     bounds: Bounds,
     bytes: usize,
-    by_key: BTreeMap<K, Held<V>>,
-    order: VecDeque<(Timestamp, u64, K)>,
+    by_key: BTreeMap<(Arc<str>, K), Held<V>>,
+    /// By serial, which is the order in which they came.
+    order: BTreeMap<u64, (Timestamp, (Arc<str>, K))>,
+    shares: BTreeMap<Arc<str>, Share>,
+    /// Subjects by what they take.
+    by_bytes: BTreeSet<(usize, Arc<str>)>,
     next: u64,
 }
 
@@ -66,17 +79,23 @@ impl<K: Ord + Clone, V: Clone> Aging<K, V> {
             bounds,
             bytes: 0,
             by_key: BTreeMap::new(),
-            order: VecDeque::new(),
+            order: BTreeMap::new(),
+            shares: BTreeMap::new(),
+            by_bytes: BTreeSet::new(),
             next: 0,
         }
     }
 
-    fn get(&mut self, key: &K, now: Timestamp) -> Option<V> {
+    fn get(&mut self, key: &(Arc<str>, K), now: Timestamp) -> Option<V> {
         self.forget(now);
         self.by_key.get(key).map(|held| held.value.clone())
     }
 
-    fn put(&mut self, key: K, (value, bytes): (V, usize), now: Timestamp) -> u64 {
+    fn put(&mut self, key: (Arc<str>, K), (value, bytes): (V, usize), now: Timestamp) -> u64 {
+        let bytes = self.counted(bytes);
+        if let Some(before) = self.by_key.get(&key).map(|before| before.serial) {
+            self.remove(&key, before);
+        }
         self.next += 1;
         let serial = self.next;
         let held = Held {
@@ -84,46 +103,85 @@ impl<K: Ord + Clone, V: Clone> Aging<K, V> {
             bytes,
             value,
         };
-        self.bytes += bytes;
-        let before = self.by_key.insert(key.clone(), held);
-        self.bytes -= before.map_or(0, |before| before.bytes);
-        self.order.push_back((now, serial, key));
+        self.by_key.insert(key.clone(), held);
+        self.charge(&key.0, |share| {
+            share.serials.insert(serial);
+            share.bytes += bytes;
+        });
+        self.order.insert(serial, (now, key));
         self.forget(now);
         serial
     }
 
+    fn counted(&self, bytes: usize) -> usize {
+        bytes.max(self.bounds.bytes / self.bounds.count.max(1))
+    }
+
+    /// Changes what a subject has.
+    fn charge(&mut self, subject: &Arc<str>, change: impl FnOnce(&mut Share)) {
+        let share = self.shares.entry(subject.clone()).or_default();
+        self.by_bytes.remove(&(share.bytes, subject.clone()));
+        self.bytes -= share.bytes;
+        change(share);
+        self.bytes += share.bytes;
+        if share.serials.is_empty() {
+            self.shares.remove(subject);
+        } else {
+            self.by_bytes.insert((share.bytes, subject.clone()));
+        }
+    }
+
     /// Says what an entry weighs now.
-    fn weigh(&mut self, key: &K, bytes: usize, now: Timestamp, is_it: impl Fn(&V) -> bool) {
+    fn weigh(
+        &mut self,
+        key: &(Arc<str>, K),
+        bytes: usize,
+        now: Timestamp,
+        is_it: impl Fn(&V) -> bool,
+    ) {
+        let bytes = self.counted(bytes);
         if let Some(held) = self.by_key.get_mut(key).filter(|held| is_it(&held.value)) {
-            self.bytes = self.bytes + bytes - held.bytes;
-            held.bytes = bytes;
+            let before = std::mem::replace(&mut held.bytes, bytes);
+            self.charge(&key.0, |share| share.bytes = share.bytes + bytes - before);
         }
         self.forget(now);
     }
 
     /// Removes an entry, unless another one has taken its key.
-    fn remove(&mut self, key: &K, serial: u64) {
-        if self
-            .by_key
-            .get(key)
-            .is_some_and(|held| held.serial == serial)
-        {
-            let removed = self.by_key.remove(key);
-            self.bytes -= removed.map_or(0, |held| held.bytes);
-        }
+    fn remove(&mut self, key: &(Arc<str>, K), serial: u64) {
+        let is_it = |held: &&Held<V>| held.serial == serial;
+        let Some(bytes) = self.by_key.get(key).filter(is_it).map(|held| held.bytes) else {
+            return;
+        };
+        self.by_key.remove(key);
+        self.order.remove(&serial);
+        self.charge(&key.0, |share| {
+            share.serials.remove(&serial);
+            share.bytes -= bytes;
+        });
     }
 
     fn forget(&mut self, now: Timestamp) {
-        while let Some((at, serial, key)) = self.order.front() {
-            let Bounds { count, bytes, age } = self.bounds;
-            let has_room = self.order.len() <= count && self.bytes <= bytes;
-            if has_room && now.duration_since(*at) <= age {
+        loop {
+            let oldest = self.order.first_key_value();
+            let aged = oldest.filter(|(_, (at, _))| now.duration_since(*at) > self.bounds.age);
+            let serial = match aged {
+                Some((serial, _)) => Some(*serial),
+                None if self.bytes > self.bounds.bytes => self.oldest_of_heaviest(),
+                None => None,
+            };
+            let gone = serial.and_then(|serial| Some((serial, self.order.get(&serial)?)));
+            let Some((serial, (_, key))) = gone else {
                 return;
-            }
-            let (key, serial) = (key.clone(), *serial);
+            };
+            let key = key.clone();
             self.remove(&key, serial);
-            self.order.pop_front();
         }
+    }
+
+    fn oldest_of_heaviest(&self) -> Option<u64> {
+        let (_, subject) = self.by_bytes.last()?;
+        self.shares.get(subject)?.serials.first().copied()
     }
 }
 
@@ -137,12 +195,10 @@ pub(super) struct Sending {
     pub(super) answer: OnceCell<StoredAnswer>,
 }
 
-type ReportKey = (Arc<str>, String);
-
 /// What reports with ids were answered, by subject and id.
 #[derive(Debug)]
 pub(super) struct ReportReplies {
-    sendings: Mutex<Aging<ReportKey, Arc<Sending>>>,
+    sendings: Mutex<Aging<String, Arc<Sending>>>,
     /// That of the answer weighed last.
     last_world: Mutex<Weak<Airspace>>,
 }
@@ -251,8 +307,10 @@ enum Write {
 /// Bytes in memory, about, for each byte of an answer's text.
 const ANSWER_TO_TEXT: usize = 4;
 
-type WriteKey = (Arc<str>, Cow<'static, str>, String);
-type Writes = Aging<WriteKey, ([u8; 32], Write)>;
+/// Operation and key.
+type Asked = (Cow<'static, str>, String);
+type WriteKey = (Arc<str>, Asked);
+type Writes = Aging<Asked, ([u8; 32], Write)>;
 
 /// What operators' writes with idempotency keys were answered, by subject, operation and key.
 pub(super) struct WriteReplies {
@@ -288,7 +346,7 @@ impl WriteReplies {
             let detail = "the idempotency key has to have 1 to 256 bytes";
             return Err(Refusal::new(Code::ParameterInvalid, detail));
         }
-        let key = (subject.clone(), operation.into(), key);
+        let key = (subject.clone(), (operation.into(), key));
         let fingerprint = idempotency.fingerprint;
         let serial = match self.begin(&key, fingerprint, now)? {
             Begun::Done(answer) => return Ok(answer),
@@ -313,7 +371,7 @@ impl WriteReplies {
         if !self.store.is_kept() {
             return;
         }
-        let (subject, operation, key) = key;
+        let (subject, (operation, key)) = key;
         let reply = Reply::Write(WriteReply {
             subject: subject.to_string(),
             operation: operation.to_string(),
@@ -327,11 +385,8 @@ impl WriteReplies {
 
     /// Takes up what was answered in an earlier start.
     pub(super) fn restore(&self, reply: WriteReply, at: Timestamp) {
-        let key = (
-            Arc::from(reply.subject),
-            Cow::Owned(reply.operation),
-            reply.key,
-        );
+        let asked = (Cow::Owned(reply.operation), reply.key);
+        let key = (Arc::from(reply.subject), asked);
         let bytes = REPLY_BYTES + reply.answer.len();
         let before = Write::Before(Arc::from(reply.answer));
         lock(&self.writes).put(key, ((reply.fingerprint, before), bytes), at);
@@ -396,4 +451,34 @@ impl Drop for Running {
 // Entries are whole after every call, so a panic elsewhere cannot spoil them.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_subject_drives_out_its_own_alone() {
+        let bounds = Bounds {
+            count: 100,
+            bytes: 10_000,
+            age: SignedDuration::from_hours(1),
+        };
+        let mut kept: Aging<u32, ()> = Aging::new(bounds);
+        let key = |subject: &str, number: u32| (Arc::from(subject), number);
+        let now = Timestamp::UNIX_EPOCH;
+        for number in 0..4 {
+            kept.put(key("quiet", number), ((), 1), now);
+        }
+        for number in 0..200 {
+            kept.put(key("many", number), ((), 1), now);
+            kept.put(key("large", number % 2), ((), 3_000), now);
+        }
+        let mut has = |subject, number, at| kept.get(&key(subject, number), at).is_some();
+        assert!((0..4).all(|number| has("quiet", number, now)));
+        assert!(has("many", 199, now) && !has("many", 100, now));
+        assert!(has("large", 1, now) && !has("large", 0, now));
+        let later = now + SignedDuration::from_hours(2);
+        assert!((0..4).all(|number| !has("quiet", number, later)));
+    }
 }

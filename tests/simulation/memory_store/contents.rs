@@ -272,17 +272,37 @@ impl Contents {
     }
 
     pub(super) fn forget_replies(&mut self, before_ms: i64, bytes_max: u64) {
-        let mut by_age: Vec<&Reply> = self.replies.values().collect();
-        by_age.sort_by_key(|reply| std::cmp::Reverse(reply.at_ms));
-        let (mut cutoff_ms, mut bytes) = (before_ms, 0);
-        for reply in by_age {
-            bytes += reply.kept.body.len() as u64;
-            if bytes > bytes_max {
-                cutoff_ms = cutoff_ms.max(reply.at_ms + 1);
-                break;
-            }
+        self.replies.retain(|_, reply| reply.at_ms >= before_ms);
+        let mut taken: BTreeMap<String, u64> = BTreeMap::new();
+        for ((subject, _), reply) in &self.replies {
+            *taken.entry(subject.clone()).or_default() += reply.kept.body.len() as u64;
         }
-        self.replies.retain(|_, reply| reply.at_ms >= cutoff_ms);
+        let mut taken: Vec<(u64, String)> = taken.into_iter().map(|(of, by)| (by, of)).collect();
+        taken.sort();
+        let (mut room, mut subjects) = (bytes_max, taken.len() as u64);
+        for (bytes, subject) in taken {
+            let share = room / subjects;
+            if bytes > share {
+                self.forget_oldest(&subject, share);
+            }
+            room -= bytes.min(share);
+            subjects -= 1;
+        }
+    }
+
+    fn forget_oldest(&mut self, subject: &str, bytes_max: u64) {
+        let own = self.replies.iter().filter(|((of, _), _)| of == subject);
+        let mut by_age: Vec<&Reply> = own.map(|(_, reply)| reply).collect();
+        by_age.sort_by_key(|reply| std::cmp::Reverse(reply.at_ms));
+        let mut bytes = 0;
+        let beyond = by_age.into_iter().find(|reply| {
+            bytes += reply.kept.body.len() as u64;
+            bytes > bytes_max
+        });
+        if let Some(cutoff_ms) = beyond.map(|reply| reply.at_ms) {
+            let stays = |of: &str, at_ms: i64| of != subject || at_ms > cutoff_ms;
+            self.replies.retain(|(of, _), reply| stays(of, reply.at_ms));
+        }
     }
 }
 

@@ -54,31 +54,59 @@ pub(super) async fn keep_reply(
     Ok(())
 }
 
-/// Drops answers from before an instant, and the oldest beyond a size in bytes.
+/// Drops answers from before an instant, and beyond a size in bytes the oldest of the subjects that have the most, so that
+/// none drives out what a lesser one has.
 pub(super) async fn forget_replies(
     connection: &mut Connection,
     before_ms: i64,
     bytes_max: u64,
 ) -> Result<(), Trouble> {
-    let mut cutoff_ms = before_ms;
+    let old = sqlx::query("DELETE FROM replies WHERE at_ms < $1").bind(before_ms);
+    old.execute(&mut *connection).await.map_err(trouble)?;
+    let statement =
+        "SELECT subject, CAST(SUM(bytes) AS BIGINT) FROM replies GROUP BY subject ORDER BY 2";
+    let rows = sqlx::query(statement).fetch_all(&mut *connection);
+    let rows = rows.await.map_err(trouble)?;
+    let (mut room, mut subjects) = (bytes_max, rows.len() as u64);
+    for row in rows {
+        let bytes = row.try_get(1).map_err(trouble)?;
+        let bytes = unsigned(bytes, "a number of bytes")?;
+        // Those with less leave more to the others.
+        let share = room / subjects;
+        if bytes > share {
+            let subject: String = row.try_get(0).map_err(trouble)?;
+            forget_oldest(connection, &subject, share).await?;
+        }
+        room -= bytes.min(share);
+        subjects -= 1;
+    }
+    Ok(())
+}
+
+/// Drops the oldest answers to a subject beyond a size in bytes.
+async fn forget_oldest(
+    connection: &mut Connection,
+    subject: &str,
+    bytes_max: u64,
+) -> Result<(), Trouble> {
+    let mut cutoff_ms = i64::MIN;
     {
-        let statement = "SELECT at_ms, bytes FROM replies ORDER BY at_ms DESC";
-        let mut rows = sqlx::query(statement).fetch(&mut *connection);
+        let statement = "SELECT at_ms, bytes FROM replies WHERE subject = $1 ORDER BY at_ms DESC";
+        let mut rows = sqlx::query(statement).bind(subject).fetch(&mut *connection);
         let mut bytes = 0_u64;
         while let Some(row) = rows.next().await {
             let row = row.map_err(trouble)?;
-            let (at_ms, size): (i64, i64) = (
-                row.try_get(0).map_err(trouble)?,
-                row.try_get(1).map_err(trouble)?,
-            );
+            let size = row.try_get(1).map_err(trouble)?;
             bytes = bytes.saturating_add(unsigned(size, "a number of bytes")?);
             if bytes > bytes_max {
-                cutoff_ms = cutoff_ms.max(at_ms.saturating_add(1));
+                let at_ms: i64 = row.try_get(0).map_err(trouble)?;
+                cutoff_ms = at_ms.saturating_add(1);
                 break;
             }
         }
     }
-    let done = sqlx::query("DELETE FROM replies WHERE at_ms < $1").bind(cutoff_ms);
+    let statement = "DELETE FROM replies WHERE subject = $1 AND at_ms < $2";
+    let done = sqlx::query(statement).bind(subject).bind(cutoff_ms);
     done.execute(connection).await.map_err(trouble)?;
     Ok(())
 }

@@ -218,7 +218,7 @@ settings! {
     }
     /// Answers that are kept for requests sent again with the same idempotency key.
     idempotency: Idempotency {
-        /// The most that are kept; the oldest go first.
+        /// The most that are kept; the oldest of the subject that has the most go first.
         count: usize = 20_000, 1..=10_000_000;
         /// And no more memory than this, for failure reports and for writes each.
         bytes: Size = Size::of_mib(64), Size::of_kib(64)..=Size::of_mib(16_384);

@@ -105,7 +105,7 @@ settings! {
     }
     /// Answers that are kept for requests sent again with the same idempotency key.
     idempotency: Idempotency {
-        /// No more than this; the oldest go first.
+        /// No more than this; the oldest of the subjects that have the most go first.
         bytes: Size = Size::of_mib(64), Size::of_kib(64)..=Size::of_mib(16_384);
         /// For so long.
         age: Duration = DAY, MINUTE..=30 * DAY;
