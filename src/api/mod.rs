@@ -4,6 +4,7 @@ mod durations;
 pub mod grpc;
 pub mod metrics;
 mod openapi;
+mod openapi_conventions;
 mod openapi_ids;
 pub mod operations;
 pub mod page;

@@ -3,6 +3,7 @@
 //! Handlers describe their operations; here stands the frame, and what follows from the tables of operations
 //! and of problems: who may call, and how any call may be refused.
 
+use super::openapi_conventions::{self as conventions, Resource, resources};
 use super::openapi_ids::with_given_ids;
 use super::operations::{Access, Daemon, Operation};
 use super::rest::refusals;
@@ -24,7 +25,9 @@ const BEARER: &str = "bearer";
 pub(in crate::api) struct Outline {
     pub(in crate::api) title: &'static str,
     pub(in crate::api) description: &'static str,
+    pub(in crate::api) daemon: Daemon,
     pub(in crate::api) tags: &'static [(&'static str, &'static str)],
+    pub(in crate::api) resources: &'static [Resource],
     /// Whose tokens are asked for.
     pub(in crate::api) tokens: &'static str,
     /// Schemas that no operation names.
@@ -35,7 +38,9 @@ pub(in crate::api) struct Outline {
 pub(super) const EDGE: Outline = Outline {
     title: "Skyway edge",
     description: DESCRIPTION,
+    daemon: Daemon::Edge,
     tags: &TAGS,
+    resources: RESOURCES,
     tokens: "A token of this edge. Without tokens, on loopback, anyone may do everything.",
     schemas: |components| {
         components
@@ -67,6 +72,26 @@ const TAGS: [(&str, &str); 8] = [
     ("events", "What happens, as it happens."),
     ("probes", "Whether the edge lives and is ready."),
 ];
+
+const RESOURCES: &[Resource] = resources! {
+    "/v1/alarms", "decisions", "`id` of an alarm.";
+    "/v1/clock", "network", "";
+    "/v1/clock:", "decisions", "";
+    "/v1/closures", "airspace", "`id` of a closure.";
+    "/v1/drones", "drones", "";
+    "/v1/events", "events", "";
+    "/v1/failure-rates", "network", "";
+    "/v1/failures", "recomposition", "";
+    "/v1/holds", "decisions", "`id` of a hold.";
+    "/v1/keys", "plans", "";
+    "/v1/n", "network", "";
+    "/v1/plans", "plans", "`id` of a plan.";
+    "/v1/proposals", "decisions", "`id` of a proposal.";
+    "/v1/recompositions", "recomposition", "`id` of a recomposition.";
+    "/v1/telemetry", "drones", "";
+    "/v1/weather", "airspace", "";
+    "/v1/zones", "airspace", "`id` of the zone.";
+};
 
 /// The frame, without any operation.
 pub(super) fn outline(outline: &Outline) -> OpenApi {
@@ -104,13 +129,15 @@ pub(super) fn outline(outline: &Outline) -> OpenApi {
 }
 
 /// The description with what follows for each operation from the tables.
-pub(super) fn complete(mut description: OpenApi, daemon: Daemon) -> Value {
+pub(super) fn complete(mut description: OpenApi, outline: &Outline) -> Value {
+    let versioned = conventions::versioned(&description.paths);
     for (path, item) in &mut description.paths.paths {
-        let has_id = path.contains('{');
         for (method, described) in operations(item) {
-            let path = path.replace(['{', '}'], "");
-            if let Ok(operation) = Operation::of_rest(daemon, &method, &path) {
-                refuse(described, operation, has_id);
+            conventions::add_parameters(described, &method, path, outline.resources);
+            let asked = path.replace(['{', '}'], "");
+            if let Ok(operation) = Operation::of_rest(outline.daemon, &method, &asked) {
+                conventions::add_headers(described, operation, &method, path, &versioned);
+                refuse(described, operation, path.contains('{'));
             }
             state_parameters(described);
         }

@@ -11,7 +11,6 @@ use std::sync::Arc;
 #[utoipa::path(
     get,
     path = "/v1/clock",
-    tag = "networks",
     responses((status = 200, description = "The clock.", body = ClockReading)),
 )]
 pub(super) async fn get_clock(

@@ -3,7 +3,7 @@
 use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, JSON, json, not_modified, of_bytes, set};
-use crate::api::rest::extract::{NoParameters, PageParameters, Query};
+use crate::api::rest::extract::{IdempotencyKey, NoParameters, PageParameters, Query};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::registry::Registry;
@@ -18,8 +18,7 @@ const COLLECTION: &str = "/closures";
 #[utoipa::path(
     get,
     path = "/v1/networks/{network}/closures",
-    tag = "airspace",
-    params(("network" = String, Path, description = "Id of the network."), PageParameters),
+    params(PageParameters),
     responses((status = 200, description = "A page of closures.", body = PublishedObjects)),
 )]
 pub(super) async fn list_closures(
@@ -39,20 +38,8 @@ pub(super) async fn list_closures(
 #[utoipa::path(
     get,
     path = "/v1/networks/{network}/closures/{id}",
-    tag = "airspace",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("id" = String, Path, description = "Id of the closure."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The closure.",
-            body = PublishedClosure,
-            content_type = "application/json",
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The closure.", body = PublishedClosure, content_type = "application/json"),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -75,26 +62,13 @@ pub(super) async fn get_closure(
 #[utoipa::path(
     post,
     path = "/v1/networks/{network}/closures",
-    tag = "airspace",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        WriteParameters,
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     request_body(
         content = PublishedClosure,
         example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": ["406"]}),
     ),
     responses(
-        (
-            status = 201,
-            description = "The closure as it is understood.",
-            body = Written,
-            headers(
-                ("Location" = String, description = "Its path."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 201, description = "The closure as it is understood.", body = Written),
         (status = 200, description = "With `validate_only`: what would be written.", body = Written),
         refusals::Creation,
     ),
@@ -118,14 +92,7 @@ pub(super) async fn create_closure(
 #[utoipa::path(
     put,
     path = "/v1/networks/{network}/closures/{id}",
-    tag = "airspace",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("id" = String, Path, description = "Id of the closure."),
-        WriteParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     request_body(
         content = PublishedClosure,
         example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": ["406"]}),
@@ -135,17 +102,8 @@ pub(super) async fn create_closure(
             status = 200,
             description = "The closure as it is understood; it was there before, or `validate_only`.",
             body = Written,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
         ),
-        (
-            status = 201,
-            description = "The same; the closure is new.",
-            body = Written,
-            headers(
-                ("Location" = String, description = "Its path."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 201, description = "The same; the closure is new.", body = Written),
         refusals::Creation,
         refusals::Version,
     ),
@@ -169,14 +127,7 @@ pub(super) async fn put_closure(
 #[utoipa::path(
     delete,
     path = "/v1/networks/{network}/closures/{id}",
-    tag = "airspace",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("id" = String, Path, description = "Id of the closure."),
-        WriteParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to lift; required."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     responses(
         (status = 200, description = "It is lifted, or `validate_only`.", body = Written),
         refusals::Write,

@@ -14,11 +14,6 @@ use std::sync::Arc;
 #[utoipa::path(
     put,
     path = "/v1/networks/{network}/edges/{id}",
-    tag = "edges",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("id" = String, Path, description = "Id of the edge."),
-    ),
     request_body(content = EdgeReport, example = json!({"epoch": 1, "revision": 7})),
     responses((status = 200, description = "It is noted; beside that, what every edge has to know.", body = EdgeNoted)),
 )]
@@ -45,7 +40,6 @@ pub(super) async fn report_edge(
 #[utoipa::path(
     get,
     path = "/v1/edges",
-    tag = "edges",
     responses((status = 200, description = "All that were heard.", body = EdgeStatuses)),
 )]
 pub(super) async fn list_edges(

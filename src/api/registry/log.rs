@@ -63,8 +63,7 @@ fn wait_of(text: Option<&str>) -> Result<Duration, Refusal> {
 #[utoipa::path(
     get,
     path = "/v1/networks/{network}/changes",
-    tag = "log",
-    params(("network" = String, Path, description = "Id of the network."), FollowParameters),
+    params(FollowParameters),
     responses(
         (status = 200, description = "Whole revisions in their order; none where nothing came in time.", body = ChangesPage),
         (status = 410, response = refusals::Gone),
@@ -98,8 +97,7 @@ pub(super) async fn follow(
 #[utoipa::path(
     get,
     path = "/v1/networks/{network}/snapshot",
-    tag = "log",
-    params(("network" = String, Path, description = "Id of the network."), SnapshotParameters),
+    params(SnapshotParameters),
     responses(
         (status = 200, description = "A page; the first one begins with the network.", body = RegistrySnapshot),
         (status = 410, response = refusals::Gone),

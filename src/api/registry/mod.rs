@@ -18,7 +18,6 @@ mod written;
 mod zones;
 
 use super::openapi;
-use super::operations::Daemon;
 use super::rest::{admin, docs};
 use super::server::Drain;
 use crate::dispatch::Dispatch;
@@ -68,7 +67,7 @@ pub fn router(dispatch: Arc<Dispatch>, drain: Drain) -> (Router, Value) {
         .merge(following())
         .merge(market::routes())
         .split_for_parts();
-    let description = openapi::complete(described, Daemon::Registry);
+    let description = openapi::complete(described, &outline::REGISTRY);
     let router = routes
         .with_state(shared(dispatch, drain))
         .merge(docs::router(&description));

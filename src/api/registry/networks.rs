@@ -3,7 +3,7 @@
 use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
-use crate::api::rest::extract::{Authenticated, NoParameters, Query};
+use crate::api::rest::extract::{Authenticated, IdempotencyKey, NoParameters, Query};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::refusal::{Code, Refusal};
@@ -42,7 +42,6 @@ pub(super) struct NetworkDocument {
 #[utoipa::path(
     get,
     path = "/v1/networks",
-    tag = "networks",
     responses((status = 200, description = "All of them.", body = NetworkSummaries)),
 )]
 pub(super) async fn list_networks(
@@ -59,19 +58,8 @@ pub(super) async fn list_networks(
 #[utoipa::path(
     get,
     path = "/v1/networks/{network}",
-    tag = "networks",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The network.",
-            body = NetworkDocument,
-            content_type = "application/geo+json",
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The network.", body = NetworkDocument, content_type = "application/geo+json"),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -94,13 +82,7 @@ pub(super) async fn get_network(
 #[utoipa::path(
     put,
     path = "/v1/networks/{network}",
-    tag = "networks",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        WriteParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     request_body(
         description = "The network.",
         content((NetworkDocument = "application/geo+json"), (NetworkDocument = "application/json")),
@@ -131,13 +113,7 @@ pub(super) async fn put_network(
 #[utoipa::path(
     patch,
     path = "/v1/networks/{network}",
-    tag = "networks",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        WriteParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to change; required."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     request_body(content = NetworkPatch, description = "What is to change."),
     responses(
         (status = 200, description = "It is changed, or `validate_only`.", body = Written),

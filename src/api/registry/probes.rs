@@ -15,7 +15,6 @@ const TEXT: &str = "text/plain; charset=utf-8";
 #[utoipa::path(
     get,
     path = "/livez",
-    tag = "probes",
     responses((status = 200, description = "It lives.", body = String, content_type = "text/plain")),
 )]
 pub(super) async fn live() -> Response {
@@ -26,7 +25,6 @@ pub(super) async fn live() -> Response {
 #[utoipa::path(
     get,
     path = "/readyz",
-    tag = "probes",
     responses((status = 200, description = "It is ready.", body = String, content_type = "text/plain")),
 )]
 pub(super) async fn ready(

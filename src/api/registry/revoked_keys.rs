@@ -13,7 +13,6 @@ use std::sync::Arc;
 #[utoipa::path(
     get,
     path = "/v1/revoked-keys",
-    tag = "edges",
     responses((status = 200, description = "All of them.", body = RevokedKeys)),
 )]
 pub(super) async fn list_revoked_keys(
@@ -29,8 +28,6 @@ pub(super) async fn list_revoked_keys(
 #[utoipa::path(
     put,
     path = "/v1/revoked-keys/{id}",
-    tag = "edges",
-    params(("id" = String, Path, description = "Id of the key: 16 hexadecimal digits, as `GET /v1/keys` of its edge lists them.")),
     request_body(content = KeyRevocation, example = json!({"reason": "the disk of edge-1 was stolen"})),
     responses((status = 200, description = "It is revoked; one that was so already stays as it was.", body = RevokedKey)),
 )]

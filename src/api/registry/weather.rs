@@ -3,7 +3,7 @@
 use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, JSON, not_modified, of_bytes, set};
-use crate::api::rest::extract::{NoParameters, Query};
+use crate::api::rest::extract::{IdempotencyKey, NoParameters, Query};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::registry::Registry;
@@ -16,18 +16,8 @@ use std::sync::Arc;
 #[utoipa::path(
     get,
     path = "/v1/networks/{network}/weather",
-    tag = "weather",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The weather.",
-            body = Weather,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The weather.", body = Weather),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -50,13 +40,7 @@ pub(super) async fn get_weather(
 #[utoipa::path(
     put,
     path = "/v1/networks/{network}/weather",
-    tag = "weather",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        WriteParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     request_body(
         content = Weather,
         example = json!({"wind": [{"from": "2026-11-27T06:00:00Z", "until": "2026-11-27T12:00:00Z", "speed_mps": 6.5, "from_deg": 225}]}),

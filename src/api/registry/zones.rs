@@ -3,7 +3,7 @@
 use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
-use crate::api::rest::extract::{NoParameters, PageParameters, Query};
+use crate::api::rest::extract::{IdempotencyKey, NoParameters, PageParameters, Query};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::api::rest::zone_schema::{self, ZoneFeature};
@@ -19,8 +19,7 @@ const COLLECTION: &str = "/zones";
 #[utoipa::path(
     get,
     path = "/v1/networks/{network}/zones",
-    tag = "airspace",
-    params(("network" = String, Path, description = "Id of the network."), PageParameters),
+    params(PageParameters),
     responses((status = 200, description = "A page of zones.", body = PublishedObjects)),
 )]
 pub(super) async fn list_zones(
@@ -36,20 +35,8 @@ pub(super) async fn list_zones(
 #[utoipa::path(
     get,
     path = "/v1/networks/{network}/zones/{id}",
-    tag = "airspace",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("id" = String, Path, description = "Id of the zone."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The zone.",
-            body = ZoneFeature,
-            content_type = "application/geo+json",
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The zone.", body = ZoneFeature, content_type = "application/geo+json"),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -72,26 +59,13 @@ pub(super) async fn get_zone(
 #[utoipa::path(
     post,
     path = "/v1/networks/{network}/zones",
-    tag = "airspace",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        WriteParameters,
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     request_body(
         description = "The zone.",
         content((ZoneFeature = "application/geo+json", example = json!(zone_schema::example())), (ZoneFeature = "application/json")),
     ),
     responses(
-        (
-            status = 201,
-            description = "The zone as it is understood.",
-            body = Written,
-            headers(
-                ("Location" = String, description = "Its path."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 201, description = "The zone as it is understood.", body = Written),
         (status = 200, description = "With `validate_only`: what would be written.", body = Written),
         refusals::Creation,
     ),
@@ -113,34 +87,14 @@ pub(super) async fn create_zone(
 #[utoipa::path(
     put,
     path = "/v1/networks/{network}/zones/{id}",
-    tag = "airspace",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("id" = String, Path, description = "Id of the zone."),
-        WriteParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     request_body(
         description = "The zone.",
         content((ZoneFeature = "application/geo+json", example = json!(zone_schema::example_without_id())), (ZoneFeature = "application/json")),
     ),
     responses(
-        (
-            status = 200,
-            description = "The zone as it is understood; it was there before, or `validate_only`.",
-            body = Written,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
-        (
-            status = 201,
-            description = "The same; the zone is new.",
-            body = Written,
-            headers(
-                ("Location" = String, description = "Its path."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 200, description = "The zone as it is understood; it was there before, or `validate_only`.", body = Written),
+        (status = 201, description = "The same; the zone is new.", body = Written),
         refusals::Creation,
         refusals::Version,
     ),
@@ -164,14 +118,7 @@ pub(super) async fn put_zone(
 #[utoipa::path(
     delete,
     path = "/v1/networks/{network}/zones/{id}",
-    tag = "airspace",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("id" = String, Path, description = "Id of the zone."),
-        WriteParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to lift; required."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     responses(
         (status = 200, description = "It is lifted, or `validate_only`.", body = Written),
         refusals::Write,

@@ -36,7 +36,6 @@ pub(super) struct AlarmsParameters {
 #[utoipa::path(
     get,
     path = "/v1/alarms",
-    tag = "decisions",
     params(AlarmsParameters),
     responses((status = 200, description = "A page of alarms.", body = Alarms)),
 )]
@@ -61,8 +60,6 @@ pub(super) async fn list_alarms(
 #[utoipa::path(
     post,
     path = "/v1/alarms/{id}/acknowledge",
-    tag = "decisions",
-    params(("id" = String, Path, description = "`id` of an alarm.")),
     responses(
         (status = 200, description = "The alarm, which is acknowledged now.", body = Alarm),
         (status = 507, response = refusals::InsufficientStorage),

@@ -14,7 +14,6 @@ use std::sync::Arc;
 #[utoipa::path(
     get,
     path = "/v1/clock",
-    tag = "network",
     responses((status = 200, description = "The clock.", body = ClockReading)),
 )]
 pub(super) async fn get_clock(
@@ -32,7 +31,6 @@ pub(super) async fn get_clock(
 #[utoipa::path(
     post,
     path = "/v1/clock:advance",
-    tag = "decisions",
     request_body(content = ClockAdvance, example = json!({"to": "2026-11-27T18:00:01Z"})),
     responses(
         (status = 200, description = "The clock, and what came due on the way.", body = ClockAdvanced),
@@ -53,7 +51,6 @@ pub(super) async fn advance_clock(
 #[utoipa::path(
     post,
     path = "/v1/clock:confirm",
-    tag = "decisions",
     responses((status = 200, description = "The clock, which is believed now.", body = ClockState)),
 )]
 pub(super) async fn confirm_clock(

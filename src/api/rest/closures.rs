@@ -1,7 +1,9 @@
 //! `/v1/closures`: what is closed and why, and what operators close by their word.
 
 use super::answer::{Answer, created, json, set, stamped};
-use super::extract::{self, Authenticated, NoParameters, PageParameters, PathId, Query};
+use super::extract::{
+    self, Authenticated, IdempotencyKey, NoParameters, PageParameters, PathId, Query,
+};
 use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::Edge;
@@ -22,7 +24,6 @@ fn complete(mut response: Response, closure: &Closure<'_>, edge: &Edge) -> Respo
 #[utoipa::path(
     get,
     path = "/v1/closures",
-    tag = "airspace",
     params(PageParameters),
     responses((status = 200, description = "A page of closures.", body = Closures)),
 )]
@@ -38,19 +39,8 @@ pub(super) async fn list_closures(
 #[utoipa::path(
     get,
     path = "/v1/closures/{id}",
-    tag = "airspace",
     params(("id" = String, Path, description = "`id` of a closure; that of a zone is the zone's.")),
-    responses((
-        status = 200,
-        description = "The closure.",
-        body = Closure,
-        headers(
-            ("ETag" = String, description = "Its version, for `If-Match`."),
-            ("Skyway-Revision" = String, description = "Revision of the edge."),
-            ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-            ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-        ),
-    )),
+    responses((status = 200, description = "The closure.", body = Closure)),
 )]
 pub(super) async fn get_closure(
     State(edge): State<Arc<Edge>>,
@@ -66,27 +56,13 @@ pub(super) async fn get_closure(
 #[utoipa::path(
     post,
     path = "/v1/closures",
-    tag = "airspace",
-    params(
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
-    ),
+    params(IdempotencyKey),
     request_body(
         content = ClosureDraft,
         example = json!({"reason": "crane on the roof of Customs House", "segments": ["379-406"], "pads": ["406"]}),
     ),
     responses(
-        (
-            status = 201,
-            description = "The closure, and which plans it meets.",
-            body = Closure,
-            headers(
-                ("Location" = String, description = "The path of the closure."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
-        ),
+        (status = 201, description = "The closure, and which plans it meets.", body = Closure),
         refusals::Creation,
     ),
 )]
@@ -108,24 +84,9 @@ pub(super) async fn create_closure(
 #[utoipa::path(
     patch,
     path = "/v1/closures/{id}",
-    tag = "airspace",
-    params(
-        ("id" = String, Path, description = "`id` of a closure."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to change; any where none is given."),
-    ),
     request_body(content = ClosureChange, example = json!({"confirmed": true})),
     responses(
-        (
-            status = 200,
-            description = "The closure as it is now.",
-            body = Closure,
-            headers(
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
-        ),
+        (status = 200, description = "The closure as it is now.", body = Closure),
         refusals::Write,
         (status = 412, response = refusals::PreconditionFailed),
     ),
@@ -158,23 +119,9 @@ pub(super) struct LiftParameters {
 #[utoipa::path(
     delete,
     path = "/v1/closures/{id}",
-    tag = "airspace",
-    params(
-        ("id" = String, Path, description = "`id` of a closure."),
-        LiftParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to lift; any where none is given."),
-    ),
+    params(LiftParameters),
     responses(
-        (
-            status = 200,
-            description = "What was lifted.",
-            body = Closure,
-            headers(
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
-        ),
+        (status = 200, description = "What was lifted.", body = Closure),
         (status = 409, response = refusals::Conflict),
         (status = 412, response = refusals::PreconditionFailed),
         (status = 507, response = refusals::InsufficientStorage),

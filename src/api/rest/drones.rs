@@ -14,7 +14,6 @@ use std::sync::Arc;
 #[utoipa::path(
     post,
     path = "/v1/telemetry",
-    tag = "drones",
     request_body(
         content = Telemetry,
         example = json!({"positions": [
@@ -38,7 +37,6 @@ pub(super) async fn post_telemetry(
 #[utoipa::path(
     get,
     path = "/v1/drones",
-    tag = "drones",
     params(PageParameters),
     responses((status = 200, description = "A page of drones.", body = Drones)),
 )]

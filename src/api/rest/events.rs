@@ -41,7 +41,6 @@ pub(super) struct EventsParameters {
 #[utoipa::path(
     get,
     path = "/v1/events",
-    tag = "events",
     params(
         EventsParameters,
         ("Last-Event-ID" = Option<String>, Header, description = "Id of the last event seen, which browsers send by themselves."),

@@ -18,6 +18,19 @@ use utoipa::IntoParams;
 /// The header that makes a request one that may be sent twice.
 pub(in crate::api) const IDEMPOTENCY_KEY: &str = "idempotency-key";
 
+/// The same header, for the description.
+#[derive(IntoParams)]
+#[into_params(parameter_in = Header)]
+#[expect(
+    dead_code,
+    reason = "it describes what is taken from the headers, and is never made"
+)]
+pub(in crate::api) struct IdempotencyKey {
+    /// The same key and request again get the same answer.
+    #[param(rename = "Idempotency-Key", min_length = 1, max_length = 256)]
+    key: Option<String>,
+}
+
 /// Who calls, as the gate has found out.
 pub(in crate::api) struct Authenticated(pub(in crate::api) Caller);
 

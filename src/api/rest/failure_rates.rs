@@ -23,7 +23,6 @@ pub(super) struct RateParameters {
 #[utoipa::path(
     get,
     path = "/v1/failure-rates",
-    tag = "network",
     params(RateParameters),
     responses((status = 200, description = "Counts with their 95 % intervals.", body = FailureRates)),
 )]

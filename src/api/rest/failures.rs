@@ -26,7 +26,6 @@ const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 #[utoipa::path(
     post,
     path = "/v1/failures",
-    tag = "recomposition",
     params(
         ("Idempotency-Key" = Option<String>, Header, description = "Counts as `id` where the report has none."),
     ),
@@ -91,7 +90,6 @@ fn take_key(parsed: &mut ParsedReport, key: Option<&HeaderValue>) {
 #[utoipa::path(
     post,
     path = "/v1/failures:batch",
-    tag = "recomposition",
     request_body(
         content = Failures,
         example = json!({"failures": [

@@ -13,7 +13,6 @@ use std::sync::Arc;
 #[utoipa::path(
     get,
     path = "/v1/holds",
-    tag = "decisions",
     params(PageParameters),
     responses((status = 200, description = "A page of holds.", body = Holds)),
 )]
@@ -29,19 +28,8 @@ pub(super) async fn list_holds(
 #[utoipa::path(
     post,
     path = "/v1/holds/{id}/release",
-    tag = "decisions",
-    params(("id" = String, Path, description = "`id` of a hold.")),
     responses(
-        (
-            status = 200,
-            description = "The hold, which is decided now.",
-            body = Hold,
-            headers(
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
-        ),
+        (status = 200, description = "The hold, which is decided now.", body = Hold),
         (status = 409, response = refusals::Conflict),
         (status = 507, response = refusals::InsufficientStorage),
     ),
@@ -59,19 +47,8 @@ pub(super) async fn release_hold(
 #[utoipa::path(
     post,
     path = "/v1/holds/{id}/reject",
-    tag = "decisions",
-    params(("id" = String, Path, description = "`id` of a hold.")),
     responses(
-        (
-            status = 200,
-            description = "The hold, which is decided now.",
-            body = Hold,
-            headers(
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
-        ),
+        (status = 200, description = "The hold, which is decided now.", body = Hold),
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]

@@ -35,7 +35,6 @@ pub(super) struct MailParameters {
 #[utoipa::path(
     get,
     path = "/v1/drones/{id}/events",
-    tag = "drones",
     params(
         ("id" = String, Path, min_length = 1, max_length = 128, description = "Id of the drone."),
         MailParameters,
@@ -79,7 +78,6 @@ fn frame(mail: Mail) -> Option<Event> {
 #[utoipa::path(
     post,
     path = "/v1/drones/{id}/received",
-    tag = "drones",
     params(("id" = String, Path, min_length = 1, max_length = 128, description = "Id of the drone.")),
     request_body(content = Received, example = json!({"through": "1795334027520-17"})),
     responses((status = 200, description = "How many are left.", body = MailLeft)),

@@ -30,7 +30,7 @@ pub(in crate::api) mod zone_schema;
 mod zones;
 
 use super::openapi;
-use super::operations::{Daemon, Operation};
+use super::operations::Operation;
 use super::server::{Drain, RestHandler};
 use crate::edge::Edge;
 use axum::Router;
@@ -72,7 +72,7 @@ pub fn router(edge: Arc<Edge>, drain: Drain) -> (Router, Value) {
         .merge(airspace())
         .merge(observation())
         .split_for_parts();
-    let description = openapi::complete(described, Daemon::Edge);
+    let description = openapi::complete(described, &openapi::EDGE);
     let router = routes
         .with_state(Shared { edge, drain })
         .merge(docs::router(&description));

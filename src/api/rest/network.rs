@@ -66,22 +66,13 @@ pub(super) struct NetworkCollection {
 #[utoipa::path(
     get,
     path = "/v1/network",
-    tag = "network",
-    params(
-        NetworkParameters,
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
+    params(NetworkParameters),
     responses(
         (
             status = 200,
             description = "The network.",
             content((NetworkCollection = "application/geo+json"), (CompactNetwork = "application/json")),
-            headers(
-                ("ETag" = String, description = "Its version in this format."),
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
+            headers(("ETag" = String, description = "Its version in this format.")),
         ),
         (status = 304, description = "The caller has the current version."),
     ),
@@ -107,7 +98,6 @@ pub(super) async fn get_network(
 #[utoipa::path(
     get,
     path = "/v1/nodes/{id}",
-    tag = "network",
     params(("id" = String, Path, description = "Id of a node.", example = "406")),
     responses((status = 200, description = "The node.", body = Node)),
 )]
@@ -123,7 +113,6 @@ pub(super) async fn get_node(
 #[utoipa::path(
     get,
     path = "/v1/nearest",
-    tag = "network",
     params(NearestParameters),
     responses((status = 200, description = "The nodes.", body = Nearest)),
 )]

@@ -30,9 +30,7 @@ pub(super) struct PackParameters {
 #[utoipa::path(
     get,
     path = "/v1/plans/{id}/pack",
-    tag = "plans",
     params(
-        ("id" = String, Path, description = "`id` of a plan."),
         PackParameters,
         ("If-None-Match" = Option<String>, Header, description = "Entity tags of the packs that the caller has."),
     ),
@@ -41,12 +39,7 @@ pub(super) struct PackParameters {
             status = 200,
             description = "The pack.",
             content((String = "application/vnd.skyway.pack")),
-            headers(
-                ("ETag" = String, description = "Its content."),
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
+            headers(("ETag" = String, description = "Its content.")),
         ),
         (status = 304, description = "The caller has the current pack."),
         (status = 409, response = refusals::Conflict),
@@ -72,7 +65,6 @@ pub(super) async fn get_pack(
 #[utoipa::path(
     get,
     path = "/v1/keys",
-    tag = "plans",
     responses((status = 200, description = "The keys.", body = PackKeys)),
 )]
 pub(super) async fn list_keys(

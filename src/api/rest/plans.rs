@@ -1,7 +1,7 @@
 //! `/v1/plans`: delivery requests, composed into plans that drones fly and take over.
 
 use super::answer::{Answer, created, json, of_bytes};
-use super::extract::{self, Authenticated, NoParameters, PathId, Query};
+use super::extract::{self, Authenticated, IdempotencyKey, NoParameters, PathId, Query};
 use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::{Edge, PageRequest, PlanFilter, PlanWord, Refusal};
@@ -101,23 +101,12 @@ impl CancelParameters {
 #[utoipa::path(
     post,
     path = "/v1/plans",
-    tag = "plans",
-    params(
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
-    ),
+    params(IdempotencyKey),
     request_body(
         content = DeliveryRequest,
         example = json!({"source": "379", "destination": "450", "drone_id": "drone-7", "payload_kg": 1.5}),
     ),
-    responses(
-        (
-            status = 201,
-            description = "The plan.",
-            body = Plan,
-            headers(("Location" = String, description = "The path of the plan.")),
-        ),
-        refusals::Creation,
-    ),
+    responses((status = 201, description = "The plan.", body = Plan), refusals::Creation),
 )]
 pub(super) async fn create_plan(
     State(edge): State<Arc<Edge>>,
@@ -136,7 +125,6 @@ pub(super) async fn create_plan(
 #[utoipa::path(
     get,
     path = "/v1/plans",
-    tag = "plans",
     params(PlansParameters),
     responses((status = 200, description = "A page of plans.", body = Plans)),
 )]
@@ -164,8 +152,6 @@ pub(super) async fn list_plans(
 #[utoipa::path(
     get,
     path = "/v1/plans/{id}",
-    tag = "plans",
-    params(("id" = String, Path, description = "`id` of a plan.")),
     responses(
         (status = 200, description = "The plan, or its route.", content(
             (Plan = "application/json"),
@@ -198,12 +184,7 @@ pub(super) async fn get_plan(
 #[utoipa::path(
     delete,
     path = "/v1/plans/{id}",
-    tag = "plans",
-    params(
-        ("id" = String, Path, description = "`id` of a plan."),
-        CancelParameters,
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and query again get the same answer."),
-    ),
+    params(CancelParameters, IdempotencyKey),
     responses(
         (status = 200, description = "The cancelled plan.", body = Plan),
         refusals::Write,
@@ -227,11 +208,7 @@ pub(super) async fn cancel_plan(
 #[utoipa::path(
     post,
     path = "/v1/plans/{id}/ack",
-    tag = "plans",
-    params(
-        ("id" = String, Path, description = "`id` of a plan."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
-    ),
+    params(IdempotencyKey),
     request_body(content = Ack, example = json!({"version": 2})),
     responses(
         (status = 200, description = "The plan as it is flown now.", body = Plan),
@@ -255,11 +232,7 @@ pub(super) async fn acknowledge_plan(
 #[utoipa::path(
     post,
     path = "/v1/plans/{id}/decline",
-    tag = "plans",
-    params(
-        ("id" = String, Path, description = "`id` of a plan."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
-    ),
+    params(IdempotencyKey),
     request_body(content = Decline, example = json!({"version": 2, "reason": "obstacle"})),
     responses(
         (status = 200, description = "The plan, with what it is asked to fly now.", body = Plan),
@@ -283,11 +256,7 @@ pub(super) async fn decline_plan(
 #[utoipa::path(
     post,
     path = "/v1/plans/{id}/complete",
-    tag = "plans",
-    params(
-        ("id" = String, Path, description = "`id` of a plan."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
-    ),
+    params(IdempotencyKey),
     request_body(content = Completion, example = json!({"location": {"node": "450"}})),
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),
@@ -311,11 +280,7 @@ pub(super) async fn complete_plan(
 #[utoipa::path(
     post,
     path = "/v1/plans/{id}/release",
-    tag = "plans",
-    params(
-        ("id" = String, Path, description = "`id` of a plan."),
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
-    ),
+    params(IdempotencyKey),
     request_body(content = Release, example = json!({"ended_as": "delivered"})),
     responses(
         (status = 200, description = "The plan, which has ended.", body = Plan),

@@ -13,7 +13,6 @@ use std::sync::Arc;
 #[utoipa::path(
     get,
     path = "/v1/proposals",
-    tag = "decisions",
     params(PageParameters),
     responses((status = 200, description = "A page of proposals.", body = Proposals)),
 )]
@@ -29,19 +28,8 @@ pub(super) async fn list_proposals(
 #[utoipa::path(
     post,
     path = "/v1/proposals/{id}/accept",
-    tag = "decisions",
-    params(("id" = String, Path, description = "`id` of a proposal.")),
     responses(
-        (
-            status = 200,
-            description = "The proposal, which is decided now.",
-            body = Proposal,
-            headers(
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
-        ),
+        (status = 200, description = "The proposal, which is decided now.", body = Proposal),
         refusals::Creation,
     ),
 )]
@@ -58,19 +46,8 @@ pub(super) async fn accept_proposal(
 #[utoipa::path(
     post,
     path = "/v1/proposals/{id}/reject",
-    tag = "decisions",
-    params(("id" = String, Path, description = "`id` of a proposal.")),
     responses(
-        (
-            status = 200,
-            description = "The proposal, which is decided now.",
-            body = Proposal,
-            headers(
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
-        ),
+        (status = 200, description = "The proposal, which is decided now.", body = Proposal),
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]

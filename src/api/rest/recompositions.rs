@@ -23,7 +23,6 @@ pub(super) struct RecordParameters {
 #[utoipa::path(
     get,
     path = "/v1/recompositions",
-    tag = "recomposition",
     params(PageParameters),
     responses((status = 200, description = "A page of answers.", body = Recompositions)),
 )]
@@ -39,8 +38,7 @@ pub(super) async fn list_recompositions(
 #[utoipa::path(
     get,
     path = "/v1/recompositions/{id}",
-    tag = "recomposition",
-    params(("id" = String, Path, description = "`id` of a recomposition."), RecordParameters),
+    params(RecordParameters),
     responses((status = 200, description = "The report, the world and the answer.", body = Record)),
 )]
 pub(super) async fn get_recomposition(

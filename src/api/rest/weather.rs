@@ -22,10 +22,6 @@ fn told(weather: &WeatherAnswer<'_>) -> Answer {
 #[utoipa::path(
     get,
     path = "/v1/weather",
-    tag = "airspace",
-    params(
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
         (
             status = 200,
@@ -54,21 +50,12 @@ pub(super) async fn get_weather(
 #[utoipa::path(
     put,
     path = "/v1/weather",
-    tag = "airspace",
-    params(
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-    ),
     request_body(
         content = Weather,
         example = json!({"wind": [{"from": "2026-11-27T06:00:00Z", "until": "2026-11-27T12:00:00Z", "speed_mps": 6.5, "from_deg": 225}]}),
     ),
     responses(
-        (
-            status = 200,
-            description = "The weather as it is now.",
-            body = WeatherAnswer,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The weather as it is now.", body = WeatherAnswer),
         refusals::Write,
         refusals::Version,
     ),

@@ -1,7 +1,9 @@
 //! `/v1/zones`: no-fly zones as GeoJSON features, with entity tags.
 
 use super::answer::{Answer, GEOJSON, created, json, not_modified, of_bytes, set, stamped, told};
-use super::extract::{self, Authenticated, NoParameters, PageParameters, PathId, Query};
+use super::extract::{
+    self, Authenticated, IdempotencyKey, NoParameters, PageParameters, PathId, Query,
+};
 use super::reading::{self, FeedBody, JsonBody};
 use super::refusals;
 use super::zone_schema::{ZoneCollection, ZoneFeature};
@@ -53,25 +55,13 @@ fn tagged(mut response: Response, ack: &ZoneAck<'_>) -> Response {
 #[utoipa::path(
     post,
     path = "/v1/zones",
-    tag = "airspace",
-    params(
-        WriteParameters,
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and body again get the same answer."),
-    ),
+    params(WriteParameters, IdempotencyKey),
     request_body(
         description = "The zone.",
         content((ZoneFeature = "application/geo+json", example = json!(super::zone_schema::example())), (ZoneFeature = "application/json")),
     ),
     responses(
-        (
-            status = 201,
-            description = "The zone as it is understood, what it closes and which plans it meets.",
-            body = ZoneAck,
-            headers(
-                ("Location" = String, description = "The path of the zone."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 201, description = "The zone as it is understood, what it closes and which plans it meets.", body = ZoneAck),
         (status = 200, description = "With `validate_only`: what the answer would be.", body = ZoneAck),
         refusals::Creation,
     ),
@@ -107,32 +97,14 @@ pub(super) async fn create_zone(
 #[utoipa::path(
     put,
     path = "/v1/zones/{id}",
-    tag = "airspace",
-    params(
-        ("id" = String, Path, description = "`id` of the zone."),
-        WriteParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-    ),
+    params(WriteParameters),
     request_body(
         description = "The zone.",
         content((ZoneFeature = "application/geo+json", example = json!(super::zone_schema::example_without_id())), (ZoneFeature = "application/json")),
     ),
     responses(
-        (
-            status = 200,
-            description = "The zone as it is understood; it was there before, or `validate_only`.",
-            body = ZoneAck,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
-        (
-            status = 201,
-            description = "The same; the zone is new.",
-            body = ZoneAck,
-            headers(
-                ("Location" = String, description = "The path of the zone."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 200, description = "The zone as it is understood; it was there before, or `validate_only`.", body = ZoneAck),
+        (status = 201, description = "The same; the zone is new.", body = ZoneAck),
         refusals::Creation,
         refusals::Version,
     ),
@@ -163,12 +135,7 @@ pub(super) async fn put_zone(
 #[utoipa::path(
     delete,
     path = "/v1/zones/{id}",
-    tag = "airspace",
-    params(
-        ("id" = String, Path, description = "`id` of the zone."),
-        LiftParameters,
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to lift; required."),
-    ),
+    params(LiftParameters),
     responses(
         (status = 200, description = "What was lifted.", body = ZoneAck),
         refusals::Version,
@@ -194,7 +161,6 @@ pub(super) async fn delete_zone(
 #[utoipa::path(
     post,
     path = "/v1/zones:preview",
-    tag = "airspace",
     request_body(
         description = "The zone.",
         content((ZoneFeature = "application/geo+json", example = json!(super::zone_schema::example())), (ZoneFeature = "application/json")),
@@ -217,24 +183,8 @@ pub(super) async fn preview_zone(
 #[utoipa::path(
     get,
     path = "/v1/zones/{id}",
-    tag = "airspace",
-    params(
-        ("id" = String, Path, description = "`id` of the zone."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The zone.",
-            body = ZoneFeature,
-            content_type = "application/geo+json",
-            headers(
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-                ("Skyway-Revision" = String, description = "Revision of the edge."),
-                ("Skyway-Freshness" = String, description = "`fresh`, `stale` or `degraded`."),
-                ("Skyway-Clock" = String, description = "`real`, `simulated` or `external`."),
-            ),
-        ),
+        (status = 200, description = "The zone.", body = ZoneFeature, content_type = "application/geo+json"),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -258,7 +208,6 @@ pub(super) async fn get_zone(
 #[utoipa::path(
     get,
     path = "/v1/zones",
-    tag = "airspace",
     params(PageParameters),
     responses((status = 200, description = "A page of zones, or all of them as ED-318.", content(
         (ZoneCollection = "application/geo+json"),
@@ -328,7 +277,6 @@ fn listed(list: &str) -> Vec<String> {
 #[utoipa::path(
     post,
     path = "/v1/zones:import",
-    tag = "airspace",
     params(ImportParameters),
     request_body(
         description = "The feed; at most 64 MiB and 20,000 zones.",

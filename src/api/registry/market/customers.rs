@@ -18,18 +18,8 @@ const COLLECTION: &str = "/v1/customers";
 #[utoipa::path(
     get,
     path = "/v1/customers/{id}",
-    tag = "customers",
-    params(
-        ("id" = String, Path, description = "Id of the customer, which is its tenant."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The customer.",
-            body = Customer,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The customer.", body = Customer),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -47,28 +37,10 @@ pub(super) async fn get_customer(
 #[utoipa::path(
     put,
     path = "/v1/customers/{id}",
-    tag = "customers",
-    params(
-        ("id" = String, Path, description = "Id of the customer, which is its tenant."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-    ),
     request_body(content = Customer, example = json!({"name": "Harbour Pharmacy", "contact": "desk@pharmacy.example"})),
     responses(
-        (
-            status = 200,
-            description = "The customer as it is kept; it was there before.",
-            body = Customer,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
-        (
-            status = 201,
-            description = "The same; the customer is new.",
-            body = Customer,
-            headers(
-                ("Location" = String, description = "Its path."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 200, description = "The customer as it is kept; it was there before.", body = Customer),
+        (status = 201, description = "The same; the customer is new.", body = Customer),
         refusals::Creation,
         refusals::Version,
     ),
@@ -92,8 +64,6 @@ pub(super) async fn put_customer(
 #[utoipa::path(
     get,
     path = "/v1/customers/{id}/data",
-    tag = "customers",
-    params(("id" = String, Path, description = "Id of the customer, which is its tenant.")),
     responses((status = 200, description = "All of it.", body = CustomerData)),
 )]
 pub(super) async fn get_customer_data(
@@ -112,9 +82,7 @@ pub(super) async fn get_customer_data(
 #[utoipa::path(
     delete,
     path = "/v1/customers/{id}/data",
-    tag = "customers",
     params(
-        ("id" = String, Path, description = "Id of the customer, which is its tenant."),
         ("If-Match" = Option<String>, Header, description = "Entity tag of the customer; whatever its version where none is given."),
     ),
     responses(

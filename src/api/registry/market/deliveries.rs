@@ -3,7 +3,9 @@
 use crate::api::registry::extract::{Named, WriteParameters, Writing};
 use crate::api::registry::written::written;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Authenticated, NoParameters, PageParameters, Query};
+use crate::api::rest::extract::{
+    Authenticated, IdempotencyKey, NoParameters, PageParameters, Query,
+};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
@@ -19,21 +21,13 @@ const COLLECTION: &str = "/v1/deliveries";
 #[utoipa::path(
     post,
     path = "/v1/deliveries",
-    tag = "deliveries",
-    params(
-        ("Idempotency-Key" = Option<String>, Header, min_length = 1, max_length = 256, description = "The same key and request again get the same answer."),
-    ),
+    params(IdempotencyKey),
     request_body(
         content = DeliveryOrder,
         example = json!({"network": "sydney", "source": "57", "destination": "301", "payload_kg": 1.2, "reference": "order 4711"}),
     ),
     responses(
-        (
-            status = 201,
-            description = "The delivery, without its recipient.",
-            body = Delivery,
-            headers(("Location" = String, description = "Its path.")),
-        ),
+        (status = 201, description = "The delivery, without its recipient.", body = Delivery),
         refusals::Creation,
     ),
 )]
@@ -58,7 +52,6 @@ pub(super) async fn create_delivery(
 #[utoipa::path(
     get,
     path = "/v1/deliveries",
-    tag = "deliveries",
     params(PageParameters),
     responses((status = 200, description = "A page of deliveries, without recipients.", body = Deliveries)),
 )]
@@ -74,8 +67,6 @@ pub(super) async fn list_deliveries(
 #[utoipa::path(
     get,
     path = "/v1/deliveries/{id}",
-    tag = "deliveries",
-    params(("id" = String, Path, description = "Id of the delivery.")),
     responses((status = 200, description = "The delivery.", body = Delivery)),
 )]
 pub(super) async fn get_delivery(
@@ -93,8 +84,6 @@ pub(super) async fn get_delivery(
 #[utoipa::path(
     post,
     path = "/v1/deliveries/{id}/cancel",
-    tag = "deliveries",
-    params(("id" = String, Path, description = "Id of the delivery.")),
     responses(
         (status = 200, description = "The delivery as it stands.", body = Delivery),
         refusals::Write,
@@ -113,8 +102,6 @@ pub(super) async fn cancel_delivery(
 #[utoipa::path(
     post,
     path = "/v1/deliveries/{id}/proof",
-    tag = "deliveries",
-    params(("id" = String, Path, description = "Id of the delivery.")),
     request_body(
         content = ProofOfDelivery,
         example = json!({"at": "2026-11-27T18:12:00Z", "photo": "https://proofs.example/4711.jpg", "code": "2718"}),

@@ -18,7 +18,6 @@ const COLLECTION: &str = "/v1/drones";
 #[utoipa::path(
     get,
     path = "/v1/drones",
-    tag = "providers",
     params(PageParameters),
     responses((status = 200, description = "A page of drones.", body = FleetDrones)),
 )]
@@ -38,18 +37,8 @@ pub(super) async fn list_fleet_drones(
 #[utoipa::path(
     get,
     path = "/v1/drones/{id}",
-    tag = "providers",
-    params(
-        ("id" = String, Path, description = "Id of the drone, `PROVIDER:NAME`."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The drone.",
-            body = FleetDrone,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The drone.", body = FleetDrone),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -67,28 +56,10 @@ pub(super) async fn get_fleet_drone(
 #[utoipa::path(
     put,
     path = "/v1/drones/{id}",
-    tag = "providers",
-    params(
-        ("id" = String, Path, description = "Id of the drone, `PROVIDER:NAME`."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-    ),
     request_body(content = FleetDrone, example = json!({"network": "sydney", "home": "379", "payload_max_kg": 2.5})),
     responses(
-        (
-            status = 200,
-            description = "The drone as it is kept; it was there before.",
-            body = FleetDrone,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
-        (
-            status = 201,
-            description = "The same; the drone is new.",
-            body = FleetDrone,
-            headers(
-                ("Location" = String, description = "Its path."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 200, description = "The drone as it is kept; it was there before.", body = FleetDrone),
+        (status = 201, description = "The same; the drone is new.", body = FleetDrone),
         refusals::Creation,
         refusals::Version,
     ),
@@ -112,11 +83,6 @@ pub(super) async fn put_fleet_drone(
 #[utoipa::path(
     delete,
     path = "/v1/drones/{id}",
-    tag = "providers",
-    params(
-        ("id" = String, Path, description = "Id of the drone, `PROVIDER:NAME`."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to delete; required."),
-    ),
     responses(
         (status = 204, description = "It is gone."),
         refusals::Write,

@@ -16,11 +16,6 @@ use std::sync::Arc;
 #[utoipa::path(
     post,
     path = "/v1/networks/{network}/edges/{id}/news",
-    tag = "edges",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("id" = String, Path, description = "Id of the edge."),
-    ),
     request_body(content = EdgeNews, example = json!({"lineage": 1, "news": []})),
     responses(
         (status = 200, description = "How far they are taken.", body = NewsTaken),

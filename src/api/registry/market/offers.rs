@@ -15,7 +15,6 @@ use std::sync::Arc;
 #[utoipa::path(
     post,
     path = "/v1/services:search",
-    tag = "deliveries",
     request_body(
         content = ServiceSearch,
         example = json!({"network": "sydney", "source": "57", "destination": "301", "payload_kg": 1.2, "price_max": {"amount": "15.00", "currency": "AUD"}, "rank_by": "arrival"}),

@@ -46,12 +46,7 @@ pub(super) struct HistoryParameters {
 #[utoipa::path(
     post,
     path = "/v1/networks/{network}/edges/{id}/positions",
-    tag = "edges",
-    params(
-        ("network" = String, Path, description = "Id of the network."),
-        ("id" = String, Path, description = "Id of the edge."),
-        ("Content-Encoding" = Option<String>, Header, description = "`gzip`, where the body is compressed."),
-    ),
+    params(("Content-Encoding" = Option<String>, Header, description = "`gzip`, where the body is compressed.")),
     request_body(
         content = PositionBatch,
         example = json!({"positions": [{"drone_id": "acme:7", "at_ms": 1795802400000_i64, "lon": 151.21, "lat": -33.86}]}),
@@ -90,8 +85,7 @@ pub(super) async fn take_positions(
 #[utoipa::path(
     get,
     path = "/v1/drones/{id}/positions",
-    tag = "providers",
-    params(("id" = String, Path, description = "Id of the drone, `PROVIDER:NAME`."), HistoryParameters),
+    params(HistoryParameters),
     responses((status = 200, description = "The positions that are kept.", body = PositionHistory)),
 )]
 pub(super) async fn list_positions(

@@ -18,7 +18,6 @@ const COLLECTION: &str = "/v1/providers";
 #[utoipa::path(
     get,
     path = "/v1/providers",
-    tag = "providers",
     params(PageParameters),
     responses((status = 200, description = "A page of providers.", body = Providers)),
 )]
@@ -40,18 +39,8 @@ pub(super) async fn list_providers(
 #[utoipa::path(
     get,
     path = "/v1/providers/{id}",
-    tag = "providers",
-    params(
-        ("id" = String, Path, description = "Id of the provider, which is its tenant."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The provider.",
-            body = Provider,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The provider.", body = Provider),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -69,28 +58,10 @@ pub(super) async fn get_provider(
 #[utoipa::path(
     put,
     path = "/v1/providers/{id}",
-    tag = "providers",
-    params(
-        ("id" = String, Path, description = "Id of the provider, which is its tenant."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-    ),
     request_body(content = Provider, example = json!({"name": "Acme Drones", "contact": "operations@acme.example"})),
     responses(
-        (
-            status = 200,
-            description = "The provider as it is kept; it was there before.",
-            body = Provider,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
-        (
-            status = 201,
-            description = "The same; the provider is new.",
-            body = Provider,
-            headers(
-                ("Location" = String, description = "Its path."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 200, description = "The provider as it is kept; it was there before.", body = Provider),
+        (status = 201, description = "The same; the provider is new.", body = Provider),
         refusals::Creation,
         refusals::Version,
     ),
@@ -114,11 +85,6 @@ pub(super) async fn put_provider(
 #[utoipa::path(
     delete,
     path = "/v1/providers/{id}",
-    tag = "providers",
-    params(
-        ("id" = String, Path, description = "Id of the provider, which is its tenant."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to delete; required."),
-    ),
     responses(
         (status = 204, description = "It is gone."),
         refusals::Write,

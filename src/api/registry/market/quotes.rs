@@ -16,20 +16,11 @@ const COLLECTION: &str = "/v1/quotes";
 #[utoipa::path(
     post,
     path = "/v1/quotes",
-    tag = "deliveries",
     request_body(
         content = QuoteRequest,
         example = json!({"service_id": "swift:parcels", "source": "57", "destination": "301", "payload_kg": 1.2}),
     ),
-    responses(
-        (
-            status = 201,
-            description = "The quote.",
-            body = Quote,
-            headers(("Location" = String, description = "Its path.")),
-        ),
-        refusals::Creation,
-    ),
+    responses((status = 201, description = "The quote.", body = Quote), refusals::Creation),
 )]
 pub(super) async fn create_quote(
     State(dispatch): State<Arc<Dispatch>>,
@@ -46,8 +37,6 @@ pub(super) async fn create_quote(
 #[utoipa::path(
     get,
     path = "/v1/quotes/{id}",
-    tag = "deliveries",
-    params(("id" = String, Path, description = "Id of the quote.")),
     responses((status = 200, description = "The quote.", body = Quote)),
 )]
 pub(super) async fn get_quote(

@@ -18,7 +18,6 @@ const COLLECTION: &str = "/v1/services";
 #[utoipa::path(
     get,
     path = "/v1/services",
-    tag = "providers",
     params(PageParameters),
     responses((status = 200, description = "A page of services.", body = PublishedServices)),
 )]
@@ -40,18 +39,8 @@ pub(super) async fn list_services(
 #[utoipa::path(
     get,
     path = "/v1/services/{id}",
-    tag = "providers",
-    params(
-        ("id" = String, Path, description = "Id of the service, `PROVIDER:NAME`."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The service.",
-            body = PublishedService,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The service.", body = PublishedService),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -72,28 +61,10 @@ pub(super) async fn get_service(
 #[utoipa::path(
     put,
     path = "/v1/services/{id}",
-    tag = "providers",
-    params(
-        ("id" = String, Path, description = "Id of the service, `PROVIDER:NAME`."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-    ),
     request_body(content = PublishedService, example = json!({"name": "Harbour express", "network": "sydney", "payload_max_kg": 2.0, "time_zone": "Australia/Sydney", "hours": [{"from": "07:00", "until": "21:00"}], "tariff": {"currency": "AUD", "base": "4.50", "per_km": "1.20"}})),
     responses(
-        (
-            status = 200,
-            description = "The service as it is kept; it was there before.",
-            body = PublishedService,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
-        (
-            status = 201,
-            description = "The same; the service is new.",
-            body = PublishedService,
-            headers(
-                ("Location" = String, description = "Its path."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 200, description = "The service as it is kept; it was there before.", body = PublishedService),
+        (status = 201, description = "The same; the service is new.", body = PublishedService),
         refusals::Creation,
         refusals::Version,
     ),
@@ -117,11 +88,6 @@ pub(super) async fn put_service(
 #[utoipa::path(
     delete,
     path = "/v1/services/{id}",
-    tag = "providers",
-    params(
-        ("id" = String, Path, description = "Id of the service, `PROVIDER:NAME`."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to delete; required."),
-    ),
     responses(
         (status = 204, description = "It is gone."),
         refusals::Write,

@@ -34,8 +34,7 @@ pub(super) struct SpanParameters {
 #[utoipa::path(
     get,
     path = "/v1/networks/{network}/statistics",
-    tag = "networks",
-    params(("network" = String, Path, description = "Id of the network."), SpanParameters),
+    params(SpanParameters),
     responses((status = 200, description = "Counts with their 95 % intervals.", content(
         (NetworkStatistics = "application/json"),
         (Vec<u8> = "application/vnd.apache.parquet"),

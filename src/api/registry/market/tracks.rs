@@ -32,8 +32,6 @@ const KEEP_ALIVE: Duration = Duration::from_secs(15);
 #[utoipa::path(
     get,
     path = "/v1/deliveries/{id}/track",
-    tag = "deliveries",
-    params(("id" = String, Path, description = "Id of the delivery.")),
     responses(
         (status = 200, description = "Events until the delivery is over.", body = String, content_type = "text/event-stream"),
         (status = 429, response = refusals::TooManyRequests),

@@ -19,7 +19,6 @@ const COLLECTION: &str = "/v1/webhooks";
 #[utoipa::path(
     get,
     path = "/v1/webhooks",
-    tag = "webhooks",
     params(PageParameters),
     responses((status = 200, description = "A page of webhooks.", body = Webhooks)),
 )]
@@ -35,18 +34,8 @@ pub(super) async fn list_webhooks(
 #[utoipa::path(
     get,
     path = "/v1/webhooks/{id}",
-    tag = "webhooks",
-    params(
-        ("id" = String, Path, description = "Id of the webhook."),
-        ("If-None-Match" = Option<String>, Header, description = "Entity tags of the versions that the caller has."),
-    ),
     responses(
-        (
-            status = 200,
-            description = "The webhook.",
-            body = Webhook,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
+        (status = 200, description = "The webhook.", body = Webhook),
         (status = 304, description = "The caller has the current version."),
     ),
 )]
@@ -69,28 +58,10 @@ pub(super) async fn get_webhook(
 #[utoipa::path(
     put,
     path = "/v1/webhooks/{id}",
-    tag = "webhooks",
-    params(
-        ("id" = String, Path, description = "Id of the webhook, `TENANT:NAME`."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to replace; required where there is one."),
-    ),
     request_body = WebhookDraft,
     responses(
-        (
-            status = 200,
-            description = "The webhook; it was there before.",
-            body = Webhook,
-            headers(("ETag" = String, description = "Its version, for `If-Match`.")),
-        ),
-        (
-            status = 201,
-            description = "The webhook; it is new, and this answer has its secret.",
-            body = Webhook,
-            headers(
-                ("Location" = String, description = "Its path."),
-                ("ETag" = String, description = "Its version, for `If-Match`."),
-            ),
-        ),
+        (status = 200, description = "The webhook; it was there before.", body = Webhook),
+        (status = 201, description = "The webhook; it is new, and this answer has its secret.", body = Webhook),
         refusals::Creation,
         refusals::Version,
     ),
@@ -119,11 +90,6 @@ pub(super) async fn put_webhook(
 #[utoipa::path(
     delete,
     path = "/v1/webhooks/{id}",
-    tag = "webhooks",
-    params(
-        ("id" = String, Path, description = "Id of the webhook."),
-        ("If-Match" = Option<String>, Header, description = "Entity tag of the version to delete; required."),
-    ),
     responses(
         (status = 204, description = "It is deleted."),
         refusals::Write,
@@ -146,8 +112,6 @@ pub(super) async fn delete_webhook(
 #[utoipa::path(
     post,
     path = "/v1/webhooks/{id}/rotate",
-    tag = "webhooks",
-    params(("id" = String, Path, description = "Id of the webhook.")),
     responses(
         (
             status = 200,
@@ -172,8 +136,7 @@ pub(super) async fn rotate_webhook(
 #[utoipa::path(
     get,
     path = "/v1/webhooks/{id}/messages",
-    tag = "webhooks",
-    params(("id" = String, Path, description = "Id of the webhook."), PageParameters),
+    params(PageParameters),
     responses((status = 200, description = "A page of messages.", body = WebhookMessages)),
 )]
 pub(super) async fn list_messages(
@@ -190,11 +153,7 @@ pub(super) async fn list_messages(
 #[utoipa::path(
     post,
     path = "/v1/webhooks/{id}/messages/{message}/resend",
-    tag = "webhooks",
-    params(
-        ("id" = String, Path, description = "Id of the webhook."),
-        ("message" = String, Path, description = "Id of the message."),
-    ),
+    params(("message" = String, Path, description = "Id of the message.")),
     responses(
         (status = 200, description = "The message, to be sent.", body = WebhookMessage),
         refusals::Write,
