@@ -3,14 +3,12 @@
 use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, JSON, json, not_modified, of_bytes, set};
-use crate::api::rest::extract::{IdempotencyKey, NoParameters, PageParameters, Query};
+use crate::api::rest::extract::{Call, IdempotencyKey, PageParameters};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::registry::Registry;
 use crate::wire::{ObjectKind, PublishedClosure, PublishedObjects, Written};
-use axum::extract::State;
 use http::{HeaderMap, StatusCode, header};
-use std::sync::Arc;
 
 const COLLECTION: &str = "/closures";
 
@@ -22,9 +20,8 @@ const COLLECTION: &str = "/closures";
     responses((status = 200, description = "A page of closures.", body = PublishedObjects)),
 )]
 pub(super) async fn list_closures(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(page): Query<PageParameters>,
+    Call(registry, _, page): Call<Registry, PageParameters>,
 ) -> Answer {
     let page = page.into_request();
     json(
@@ -44,9 +41,8 @@ pub(super) async fn list_closures(
     ),
 )]
 pub(super) async fn get_closure(
-    State(registry): State<Arc<Registry>>,
     PathId { network, id }: PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(registry, _, _): Call<Registry>,
     headers: HeaderMap,
 ) -> Answer {
     let (body, etag) = registry.object(&network, ObjectKind::Closure, &id).await?;
@@ -74,9 +70,8 @@ pub(super) async fn get_closure(
     ),
 )]
 pub(super) async fn create_closure(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(asked): Query<WriteParameters>,
+    Call(registry, _, asked): Call<Registry, WriteParameters>,
     writing: Writing,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -109,9 +104,8 @@ pub(super) async fn create_closure(
     ),
 )]
 pub(super) async fn put_closure(
-    State(registry): State<Arc<Registry>>,
     PathId { network, id }: PathId,
-    Query(asked): Query<WriteParameters>,
+    Call(registry, _, asked): Call<Registry, WriteParameters>,
     writing: Writing,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -135,9 +129,8 @@ pub(super) async fn put_closure(
     ),
 )]
 pub(super) async fn delete_closure(
-    State(registry): State<Arc<Registry>>,
     PathId { network, id }: PathId,
-    Query(asked): Query<WriteParameters>,
+    Call(registry, _, asked): Call<Registry, WriteParameters>,
     writing: Writing,
 ) -> Answer {
     let manner = writing.manner(&asked, &[])?;

@@ -2,13 +2,11 @@
 
 use super::extract::{PathId, check_edge};
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Authenticated, NoParameters, Query};
+use crate::api::rest::extract::Call;
 use crate::api::rest::reading::{self, JsonBody};
 use crate::dispatch::Dispatch;
 use crate::registry::Registry;
 use crate::wire::{EdgeNoted, EdgeReport, EdgeStatuses};
-use axum::extract::State;
-use std::sync::Arc;
 
 /// Notes how far an edge is, and what it could not take over.
 #[utoipa::path(
@@ -18,10 +16,8 @@ use std::sync::Arc;
     responses((status = 200, description = "It is noted; beside that, what every edge has to know.", body = EdgeNoted)),
 )]
 pub(super) async fn report_edge(
-    State(dispatch): State<Arc<Dispatch>>,
     PathId { network, id }: PathId,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     JsonBody(body): JsonBody,
 ) -> Answer {
     check_edge(&caller, &id)?;
@@ -42,9 +38,6 @@ pub(super) async fn report_edge(
     path = "/v1/edges",
     responses((status = 200, description = "All that were heard.", body = EdgeStatuses)),
 )]
-pub(super) async fn list_edges(
-    State(registry): State<Arc<Registry>>,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn list_edges(Call(registry, _, _): Call<Registry>) -> Answer {
     json(&registry.edges().await?)
 }

@@ -3,7 +3,7 @@
 use super::extract::{OnNetwork, check_edge, invalid};
 use crate::access::Role;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Authenticated, Query};
+use crate::api::rest::extract::Call;
 use crate::api::rest::refusals;
 use crate::api::server::Drain;
 use crate::refusal::Refusal;
@@ -12,7 +12,6 @@ use crate::wire::{ChangesPage, RegistrySnapshot};
 use axum::extract::State;
 use jiff::SignedDuration;
 use serde::Deserialize;
-use std::sync::Arc;
 use std::time::Duration;
 use utoipa::IntoParams;
 
@@ -71,11 +70,9 @@ fn wait_of(text: Option<&str>) -> Result<Duration, Refusal> {
     ),
 )]
 pub(super) async fn follow(
-    State(registry): State<Arc<Registry>>,
     State(drain): State<Drain>,
     OnNetwork(network): OnNetwork,
-    Authenticated(caller): Authenticated,
-    Query(asked): Query<FollowParameters>,
+    Call(registry, caller, asked): Call<Registry, FollowParameters>,
 ) -> Answer {
     let own = Some(caller.subject.to_string());
     let own = own.filter(|subject| caller.role == Role::Edge && subject != "*");
@@ -104,9 +101,8 @@ pub(super) async fn follow(
     ),
 )]
 pub(super) async fn snapshot(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(asked): Query<SnapshotParameters>,
+    Call(registry, _, asked): Call<Registry, SnapshotParameters>,
 ) -> Answer {
     let request = SnapshotRequest {
         size: asked.page_size,

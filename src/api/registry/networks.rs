@@ -3,16 +3,14 @@
 use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
-use crate::api::rest::extract::{Authenticated, IdempotencyKey, NoParameters, Query};
+use crate::api::rest::extract::{Call, IdempotencyKey};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::refusal::{Code, Refusal};
 use crate::registry::Registry;
 use crate::wire::{NetworkPatch, NetworkSummaries, Written};
-use axum::extract::State;
 use http::{HeaderMap, StatusCode, header};
 use serde_json::Value;
-use std::sync::Arc;
 use utoipa::ToSchema;
 
 /// A network in the native format: a GeoJSON feature collection (RFC 7946) whose points are nodes and whose line
@@ -44,11 +42,7 @@ pub(super) struct NetworkDocument {
     path = "/v1/networks",
     responses((status = 200, description = "All of them.", body = NetworkSummaries)),
 )]
-pub(super) async fn list_networks(
-    State(registry): State<Arc<Registry>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn list_networks(Call(registry, caller, _): Call<Registry>) -> Answer {
     let mut told = registry.networks().await?;
     told.networks.retain(|it| caller.is_of_network(&it.id));
     json(&told)
@@ -64,9 +58,8 @@ pub(super) async fn list_networks(
     ),
 )]
 pub(super) async fn get_network(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(registry, _, _): Call<Registry>,
     headers: HeaderMap,
 ) -> Answer {
     let (text, etag) = registry.network(&network).await?;
@@ -95,9 +88,8 @@ pub(super) async fn get_network(
     ),
 )]
 pub(super) async fn put_network(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(asked): Query<WriteParameters>,
+    Call(registry, _, asked): Call<Registry, WriteParameters>,
     writing: Writing,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -122,9 +114,8 @@ pub(super) async fn put_network(
     ),
 )]
 pub(super) async fn patch_network(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(asked): Query<WriteParameters>,
+    Call(registry, _, asked): Call<Registry, WriteParameters>,
     writing: Writing,
     JsonBody(body): JsonBody,
 ) -> Answer {

@@ -2,12 +2,10 @@
 
 use super::extract::Named;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Authenticated, NoParameters, Query};
+use crate::api::rest::extract::Call;
 use crate::api::rest::reading::{self, JsonBody};
 use crate::dispatch::Dispatch;
 use crate::wire::{KeyRevocation, RevokedKey, RevokedKeys};
-use axum::extract::State;
-use std::sync::Arc;
 
 /// Lists the keys that were revoked, by id.
 #[utoipa::path(
@@ -15,10 +13,7 @@ use std::sync::Arc;
     path = "/v1/revoked-keys",
     responses((status = 200, description = "All of them.", body = RevokedKeys)),
 )]
-pub(super) async fn list_revoked_keys(
-    State(dispatch): State<Arc<Dispatch>>,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn list_revoked_keys(Call(dispatch, _, _): Call<Dispatch>) -> Answer {
     json(&dispatch.revoked_keys().await?)
 }
 
@@ -32,10 +27,8 @@ pub(super) async fn list_revoked_keys(
     responses((status = 200, description = "It is revoked; one that was so already stays as it was.", body = RevokedKey)),
 )]
 pub(super) async fn revoke_key(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     JsonBody(body): JsonBody,
 ) -> Answer {
     let revocation: KeyRevocation = reading::body(&body, "revocation")?;

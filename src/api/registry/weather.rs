@@ -3,14 +3,12 @@
 use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, JSON, not_modified, of_bytes, set};
-use crate::api::rest::extract::{IdempotencyKey, NoParameters, Query};
+use crate::api::rest::extract::{Call, IdempotencyKey};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::registry::Registry;
 use crate::wire::{ObjectKind, Weather, Written};
-use axum::extract::State;
 use http::{HeaderMap, StatusCode, header};
-use std::sync::Arc;
 
 /// Tells the weather over a network.
 #[utoipa::path(
@@ -22,9 +20,8 @@ use std::sync::Arc;
     ),
 )]
 pub(super) async fn get_weather(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(registry, _, _): Call<Registry>,
     headers: HeaderMap,
 ) -> Answer {
     let (body, etag) = registry.object(&network, ObjectKind::Weather, "").await?;
@@ -53,9 +50,8 @@ pub(super) async fn get_weather(
     ),
 )]
 pub(super) async fn put_weather(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(asked): Query<WriteParameters>,
+    Call(registry, _, asked): Call<Registry, WriteParameters>,
     writing: Writing,
     JsonBody(body): JsonBody,
 ) -> Answer {

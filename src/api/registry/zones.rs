@@ -3,15 +3,13 @@
 use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
 use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
-use crate::api::rest::extract::{IdempotencyKey, NoParameters, PageParameters, Query};
+use crate::api::rest::extract::{Call, IdempotencyKey, PageParameters};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::api::rest::zone_schema::{self, ZoneFeature};
 use crate::registry::Registry;
 use crate::wire::{ObjectKind, PublishedObjects, Written};
-use axum::extract::State;
 use http::{HeaderMap, StatusCode, header};
-use std::sync::Arc;
 
 const COLLECTION: &str = "/zones";
 
@@ -23,9 +21,8 @@ const COLLECTION: &str = "/zones";
     responses((status = 200, description = "A page of zones.", body = PublishedObjects)),
 )]
 pub(super) async fn list_zones(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(page): Query<PageParameters>,
+    Call(registry, _, page): Call<Registry, PageParameters>,
 ) -> Answer {
     let page = page.into_request();
     json(&registry.objects(&network, ObjectKind::Zone, &page).await?)
@@ -41,9 +38,8 @@ pub(super) async fn list_zones(
     ),
 )]
 pub(super) async fn get_zone(
-    State(registry): State<Arc<Registry>>,
     PathId { network, id }: PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(registry, _, _): Call<Registry>,
     headers: HeaderMap,
 ) -> Answer {
     let (body, etag) = registry.object(&network, ObjectKind::Zone, &id).await?;
@@ -71,9 +67,8 @@ pub(super) async fn get_zone(
     ),
 )]
 pub(super) async fn create_zone(
-    State(registry): State<Arc<Registry>>,
     OnNetwork(network): OnNetwork,
-    Query(asked): Query<WriteParameters>,
+    Call(registry, _, asked): Call<Registry, WriteParameters>,
     writing: Writing,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -100,9 +95,8 @@ pub(super) async fn create_zone(
     ),
 )]
 pub(super) async fn put_zone(
-    State(registry): State<Arc<Registry>>,
     PathId { network, id }: PathId,
-    Query(asked): Query<WriteParameters>,
+    Call(registry, _, asked): Call<Registry, WriteParameters>,
     writing: Writing,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -126,9 +120,8 @@ pub(super) async fn put_zone(
     ),
 )]
 pub(super) async fn delete_zone(
-    State(registry): State<Arc<Registry>>,
     PathId { network, id }: PathId,
-    Query(asked): Query<WriteParameters>,
+    Call(registry, _, asked): Call<Registry, WriteParameters>,
     writing: Writing,
 ) -> Answer {
     let manner = writing.manner(&asked, &[])?;

@@ -1,13 +1,11 @@
 //! `/v1/alarms`: what an operator has to look at.
 
 use super::answer::{Answer, json};
-use super::extract::{Authenticated, NoParameters, PathId, Query};
+use super::extract::{Call, PathId};
 use super::refusals;
 use crate::edge::{AlarmFilter, Edge, PageRequest};
 use crate::wire::{Alarm, AlarmKind, Alarms};
-use axum::extract::State;
 use serde::Deserialize;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// Which alarms are listed.
@@ -39,11 +37,7 @@ pub(super) struct AlarmsParameters {
     params(AlarmsParameters),
     responses((status = 200, description = "A page of alarms.", body = Alarms)),
 )]
-pub(super) async fn list_alarms(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(asked): Query<AlarmsParameters>,
-) -> Answer {
+pub(super) async fn list_alarms(Call(edge, caller, asked): Call<Edge, AlarmsParameters>) -> Answer {
     let page = PageRequest {
         size: asked.page_size,
         token: asked.page_token,
@@ -66,10 +60,8 @@ pub(super) async fn list_alarms(
     ),
 )]
 pub(super) async fn acknowledge_alarm(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
 ) -> Answer {
     json(&edge.acknowledge_alarm(&caller, &id).await?)
 }

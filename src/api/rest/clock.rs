@@ -2,13 +2,11 @@
 //! `POST /v1/clock:confirm`: an operator believes a wall clock that has stepped.
 
 use super::answer::{Answer, json};
-use super::extract::{Authenticated, NoParameters, Query};
+use super::extract::Call;
 use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::Edge;
 use crate::wire::{ClockAdvance, ClockAdvanced, ClockReading, ClockState};
-use axum::extract::State;
-use std::sync::Arc;
 
 /// Tells the time that the edge goes by, and how fast it passes. Departures, positions and deadlines are in this time.
 #[utoipa::path(
@@ -16,11 +14,7 @@ use std::sync::Arc;
     path = "/v1/clock",
     responses((status = 200, description = "The clock.", body = ClockReading)),
 )]
-pub(super) async fn get_clock(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn get_clock(Call(edge, caller, _): Call<Edge>) -> Answer {
     json(&edge.clock_reading(&caller))
 }
 
@@ -38,9 +32,7 @@ pub(super) async fn get_clock(
     ),
 )]
 pub(super) async fn advance_clock(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     JsonBody(body): JsonBody,
 ) -> Answer {
     let advance: ClockAdvance = reading::body(&body, "instant")?;
@@ -53,10 +45,6 @@ pub(super) async fn advance_clock(
     path = "/v1/clock:confirm",
     responses((status = 200, description = "The clock, which is believed now.", body = ClockState)),
 )]
-pub(super) async fn confirm_clock(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn confirm_clock(Call(edge, caller, _): Call<Edge>) -> Answer {
     json(&edge.confirm_clock(&caller).await?)
 }

@@ -1,18 +1,14 @@
 //! `/v1/closures`: what is closed and why, and what operators close by their word.
 
 use super::answer::{Answer, created, json, set, stamped};
-use super::extract::{
-    self, Authenticated, IdempotencyKey, NoParameters, PageParameters, PathId, Query,
-};
+use super::extract::{self, Call, IdempotencyKey, PageParameters, PathId};
 use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::Edge;
 use crate::wire::{Closure, ClosureChange, ClosureDraft, Closures};
-use axum::extract::State;
 use axum::response::Response;
 use http::{HeaderMap, header};
 use serde::Deserialize;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 fn complete(mut response: Response, closure: &Closure<'_>, edge: &Edge) -> Response {
@@ -27,11 +23,7 @@ fn complete(mut response: Response, closure: &Closure<'_>, edge: &Edge) -> Respo
     params(PageParameters),
     responses((status = 200, description = "A page of closures.", body = Closures)),
 )]
-pub(super) async fn list_closures(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
-) -> Answer {
+pub(super) async fn list_closures(Call(edge, caller, page): Call<Edge, PageParameters>) -> Answer {
     json(&edge.closures(&caller, &page.into_request())?)
 }
 
@@ -42,12 +34,7 @@ pub(super) async fn list_closures(
     params(("id" = String, Path, description = "`id` of a closure; that of a zone is the zone's.")),
     responses((status = 200, description = "The closure.", body = Closure)),
 )]
-pub(super) async fn get_closure(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn get_closure(PathId(id): PathId, Call(edge, caller, _): Call<Edge>) -> Answer {
     let closure = edge.closure(&caller, &id)?;
     Ok(complete(json(&closure)?, &closure, &edge))
 }
@@ -67,9 +54,7 @@ pub(super) async fn get_closure(
     ),
 )]
 pub(super) async fn create_closure(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -92,10 +77,8 @@ pub(super) async fn create_closure(
     ),
 )]
 pub(super) async fn change_closure(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -128,10 +111,8 @@ pub(super) struct LiftParameters {
     ),
 )]
 pub(super) async fn delete_closure(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(asked): Query<LiftParameters>,
+    Call(edge, caller, asked): Call<Edge, LiftParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let if_match = extract::if_match(&headers)?;

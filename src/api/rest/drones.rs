@@ -1,7 +1,7 @@
 //! `POST /v1/telemetry` and `GET /v1/drones`: where drones are, and what they are told in return.
 
 use super::answer::{Answer, json};
-use super::extract::{Authenticated, PageParameters, Query};
+use super::extract::{Authenticated, Call, PageParameters};
 use super::reading::{self, DroneJsonBody};
 use crate::edge::Edge;
 use crate::wire::{Drones, Telemetry, TelemetryAnswer};
@@ -40,10 +40,6 @@ pub(super) async fn post_telemetry(
     params(PageParameters),
     responses((status = 200, description = "A page of drones.", body = Drones)),
 )]
-pub(super) async fn list_drones(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
-) -> Answer {
+pub(super) async fn list_drones(Call(edge, caller, page): Call<Edge, PageParameters>) -> Answer {
     json(&edge.drones(&caller, &page.into_request())?)
 }

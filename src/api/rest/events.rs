@@ -1,11 +1,10 @@
 //! `GET /v1/events`: what happens, as server-sent events.
 
 use super::answer::Answer;
-use super::extract::{self, Query};
+use super::extract::{self, Call};
 use super::refusals;
 use crate::api::problem;
 use crate::edge::{Edge, EventRecord, Refusal};
-use axum::extract::State;
 use axum::response::IntoResponse;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use http::HeaderMap;
@@ -52,8 +51,7 @@ pub(super) struct EventsParameters {
     ),
 )]
 pub(super) async fn watch_events(
-    State(edge): State<Arc<Edge>>,
-    Query(query): Query<EventsParameters>,
+    Call(edge, _, query): Call<Edge, EventsParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let after = extract::header(&headers, LAST_EVENT_ID)?.or(query.after);

@@ -6,13 +6,14 @@ use crate::access::Caller;
 use crate::api::server::RequestContext;
 use crate::edge::{Code, Idempotency, PageRequest, Refusal};
 use crate::wire::Fault;
-use axum::extract::{FromRequestParts, Path};
+use axum::extract::{FromRef, FromRequestParts, Path};
 use http::request::Parts;
 use http::{HeaderMap, HeaderValue};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 use std::convert::Infallible;
+use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// The header that makes a request one that may be sent twice.
@@ -92,6 +93,28 @@ impl<T: DeserializeOwned, S: Sync> FromRequestParts<S> for Query<T> {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::api) struct NoParameters {}
+
+/// What nearly every handler takes: the use cases, who calls, and the parameters of the query.
+pub(in crate::api) struct Call<U, Q = NoParameters>(
+    pub(in crate::api) Arc<U>,
+    pub(in crate::api) Caller,
+    pub(in crate::api) Q,
+);
+
+impl<U, Q, S> FromRequestParts<S> for Call<U, Q>
+where
+    Arc<U>: FromRef<S>,
+    Q: DeserializeOwned,
+    S: Sync,
+{
+    type Rejection = Refused;
+
+    async fn from_request_parts(parts: &mut Parts, state: &S) -> Result<Self, Refused> {
+        let Authenticated(caller) = Authenticated::from_request_parts(parts, state).await?;
+        let Query(query) = Query::from_request_parts(parts, state).await?;
+        Ok(Self(Arc::from_ref(state), caller, query))
+    }
+}
 
 /// Which page of a list.
 #[derive(Deserialize, IntoParams)]

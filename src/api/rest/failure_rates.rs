@@ -1,12 +1,10 @@
 //! `/v1/failure-rates`: how often what fails where, as the registry told it.
 
 use super::answer::{Answer, json};
-use super::extract::{Authenticated, Query};
+use super::extract::Call;
 use crate::edge::Edge;
 use crate::wire::FailureRates;
-use axum::extract::State;
 use serde::Deserialize;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// Which rates.
@@ -27,9 +25,7 @@ pub(super) struct RateParameters {
     responses((status = 200, description = "Counts with their 95 % intervals.", body = FailureRates)),
 )]
 pub(super) async fn list_failure_rates(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(asked): Query<RateParameters>,
+    Call(edge, caller, asked): Call<Edge, RateParameters>,
 ) -> Answer {
     json(&edge.failure_rates(&caller, asked.segment.as_deref())?)
 }

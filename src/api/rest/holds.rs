@@ -1,12 +1,11 @@
 //! `/v1/holds`: removals that wait for an operator because they are many at once.
 
 use super::answer::{Answer, json, stamped};
-use super::extract::{Authenticated, NoParameters, PageParameters, PathId, Query};
+use super::extract::{Call, PageParameters, PathId};
 use super::refusals;
 use crate::access::Caller;
 use crate::edge::{Decision, Edge};
 use crate::wire::{Hold, Holds};
-use axum::extract::State;
 use std::sync::Arc;
 
 /// Lists removals that wait for an operator, oldest first.
@@ -16,11 +15,7 @@ use std::sync::Arc;
     params(PageParameters),
     responses((status = 200, description = "A page of holds.", body = Holds)),
 )]
-pub(super) async fn list_holds(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
-) -> Answer {
+pub(super) async fn list_holds(Call(edge, caller, page): Call<Edge, PageParameters>) -> Answer {
     json(&edge.holds(&caller, &page.into_request())?)
 }
 
@@ -34,12 +29,7 @@ pub(super) async fn list_holds(
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
-pub(super) async fn release_hold(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn release_hold(PathId(id): PathId, Call(edge, caller, _): Call<Edge>) -> Answer {
     decide(&edge, &caller, &id, Decision::Accept).await
 }
 
@@ -52,12 +42,7 @@ pub(super) async fn release_hold(
         (status = 507, response = refusals::InsufficientStorage),
     ),
 )]
-pub(super) async fn reject_hold(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn reject_hold(PathId(id): PathId, Call(edge, caller, _): Call<Edge>) -> Answer {
     decide(&edge, &caller, &id, Decision::Reject).await
 }
 

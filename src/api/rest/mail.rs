@@ -2,7 +2,7 @@
 
 use super::answer::{Answer, json};
 use super::events::{KEEP_ALIVE, LAST_EVENT_ID, RETRY};
-use super::extract::{self, Authenticated, PathId, Query};
+use super::extract::{self, Authenticated, Call, PathId};
 use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::{Edge, Mail};
@@ -46,10 +46,8 @@ pub(super) struct MailParameters {
     ),
 )]
 pub(super) async fn watch_mail(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(drone): PathId,
-    Query(query): Query<MailParameters>,
+    Call(edge, caller, query): Call<Edge, MailParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let after = extract::header(&headers, LAST_EVENT_ID)?.or(query.after);

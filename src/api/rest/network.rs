@@ -1,14 +1,12 @@
 //! `GET /v1/network`, `/v1/nodes/{id}` and `/v1/nearest`: the network as clients see it.
 
 use super::answer::{Answer, GEOJSON, JSON, json, not_modified, of_bytes, set, stamped};
-use super::extract::{NoParameters, PathId, Query};
+use super::extract::{Call, PathId};
 use crate::edge::Edge;
 use crate::wire::{CompactNetwork, Nearest, Node};
-use axum::extract::State;
 use http::{HeaderMap, StatusCode, header};
 use serde::Deserialize;
 use serde_json::Value;
-use std::sync::Arc;
 use utoipa::{IntoParams, ToSchema};
 
 /// How the network is told.
@@ -78,8 +76,7 @@ pub(super) struct NetworkCollection {
     ),
 )]
 pub(super) async fn get_network(
-    State(edge): State<Arc<Edge>>,
-    Query(asked): Query<NetworkParameters>,
+    Call(edge, _, asked): Call<Edge, NetworkParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let (media_type, (document, etag)) = match asked.format {
@@ -101,11 +98,7 @@ pub(super) async fn get_network(
     params(("id" = String, Path, description = "Id of a node.", example = "406")),
     responses((status = 200, description = "The node.", body = Node)),
 )]
-pub(super) async fn get_node(
-    State(edge): State<Arc<Edge>>,
-    PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn get_node(PathId(id): PathId, Call(edge, _, _): Call<Edge>) -> Answer {
     json(&edge.node(&id)?)
 }
 
@@ -116,9 +109,6 @@ pub(super) async fn get_node(
     params(NearestParameters),
     responses((status = 200, description = "The nodes.", body = Nearest)),
 )]
-pub(super) async fn nearest(
-    State(edge): State<Arc<Edge>>,
-    Query(asked): Query<NearestParameters>,
-) -> Answer {
+pub(super) async fn nearest(Call(edge, _, asked): Call<Edge, NearestParameters>) -> Answer {
     json(&edge.nearest([asked.lon, asked.lat], asked.k.unwrap_or(1))?)
 }

@@ -1,14 +1,12 @@
 //! `/v1/plans/{id}/pack` and `/v1/keys`: what a drone does when the line is gone, and by which keys it believes that.
 
 use super::answer::{Answer, json, not_modified, of_bytes, set, stamped};
-use super::extract::{Authenticated, NoParameters, PathId, Query};
+use super::extract::{Call, PathId};
 use super::refusals;
 use crate::edge::Edge;
 use crate::wire::PackKeys;
-use axum::extract::State;
 use http::{HeaderMap, StatusCode, header};
 use serde::Deserialize;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// The media type of packs.
@@ -46,10 +44,8 @@ pub(super) struct PackParameters {
     ),
 )]
 pub(super) async fn get_pack(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(asked): Query<PackParameters>,
+    Call(edge, caller, asked): Call<Edge, PackParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let (pack, etag) = edge.pack(&caller, &id, asked.version)?;
@@ -67,9 +63,6 @@ pub(super) async fn get_pack(
     path = "/v1/keys",
     responses((status = 200, description = "The keys.", body = PackKeys)),
 )]
-pub(super) async fn list_keys(
-    State(edge): State<Arc<Edge>>,
-    Query(NoParameters {}): Query<NoParameters>,
-) -> Answer {
+pub(super) async fn list_keys(Call(edge, _, _): Call<Edge>) -> Answer {
     json(&edge.list_pack_keys())
 }

@@ -1,7 +1,7 @@
 //! `/v1/plans`: delivery requests, composed into plans that drones fly and take over.
 
 use super::answer::{Answer, created, json, of_bytes};
-use super::extract::{self, Authenticated, IdempotencyKey, NoParameters, PathId, Query};
+use super::extract::{self, Call, IdempotencyKey, PathId};
 use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::{Edge, PageRequest, PlanFilter, PlanWord, Refusal};
@@ -10,10 +10,8 @@ use crate::wire::{
     Ack, Cancellation, Completion, Decline, DeliveryRequest, Id, Place, Plan, PlanState, Plans,
     Release,
 };
-use axum::extract::State;
 use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// Which plans are listed.
@@ -109,9 +107,7 @@ impl CancelParameters {
     responses((status = 201, description = "The plan.", body = Plan), refusals::Creation),
 )]
 pub(super) async fn create_plan(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -128,11 +124,7 @@ pub(super) async fn create_plan(
     params(PlansParameters),
     responses((status = 200, description = "A page of plans.", body = Plans)),
 )]
-pub(super) async fn list_plans(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(asked): Query<PlansParameters>,
-) -> Answer {
+pub(super) async fn list_plans(Call(edge, caller, asked): Call<Edge, PlansParameters>) -> Answer {
     let page = PageRequest {
         size: asked.page_size,
         token: asked.page_token,
@@ -165,10 +157,8 @@ pub(super) async fn list_plans(
     ),
 )]
 pub(super) async fn get_plan(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
 ) -> Answer {
     let media_types = RouteFormat::ALL.map(RouteFormat::media_type);
@@ -191,10 +181,8 @@ pub(super) async fn get_plan(
     ),
 )]
 pub(super) async fn cancel_plan(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(stated): Query<CancelParameters>,
+    Call(edge, caller, stated): Call<Edge, CancelParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let cancellation = stated.read()?;
@@ -216,10 +204,8 @@ pub(super) async fn cancel_plan(
     ),
 )]
 pub(super) async fn acknowledge_plan(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -240,10 +226,8 @@ pub(super) async fn acknowledge_plan(
     ),
 )]
 pub(super) async fn decline_plan(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -264,10 +248,8 @@ pub(super) async fn decline_plan(
     ),
 )]
 pub(super) async fn complete_plan(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -288,10 +270,8 @@ pub(super) async fn complete_plan(
     ),
 )]
 pub(super) async fn release_plan(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {

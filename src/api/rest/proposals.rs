@@ -1,12 +1,11 @@
 //! `/v1/proposals`: what reports and feeds of zones brought and what an operator is to decide.
 
 use super::answer::{Answer, json, stamped};
-use super::extract::{Authenticated, NoParameters, PageParameters, PathId, Query};
+use super::extract::{Call, PageParameters, PathId};
 use super::refusals;
 use crate::access::Caller;
 use crate::edge::{Decision, Edge};
 use crate::wire::{Proposal, Proposals};
-use axum::extract::State;
 use std::sync::Arc;
 
 /// Lists what reports and feeds of zones brought and was not put into force, oldest first.
@@ -16,11 +15,7 @@ use std::sync::Arc;
     params(PageParameters),
     responses((status = 200, description = "A page of proposals.", body = Proposals)),
 )]
-pub(super) async fn list_proposals(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
-) -> Answer {
+pub(super) async fn list_proposals(Call(edge, caller, page): Call<Edge, PageParameters>) -> Answer {
     json(&edge.proposals(&caller, &page.into_request())?)
 }
 
@@ -34,10 +29,8 @@ pub(super) async fn list_proposals(
     ),
 )]
 pub(super) async fn accept_proposal(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
 ) -> Answer {
     decide(&edge, &caller, &id, Decision::Accept).await
 }
@@ -52,10 +45,8 @@ pub(super) async fn accept_proposal(
     ),
 )]
 pub(super) async fn reject_proposal(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
 ) -> Answer {
     decide(&edge, &caller, &id, Decision::Reject).await
 }

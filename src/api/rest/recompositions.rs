@@ -1,12 +1,10 @@
 //! `GET /v1/recompositions`: what was answered, and all that it was computed from.
 
 use super::answer::{Answer, json};
-use super::extract::{Authenticated, PageParameters, PathId, Query};
+use super::extract::{Call, PageParameters, PathId};
 use crate::edge::Edge;
 use crate::wire::{Recompositions, Record};
-use axum::extract::State;
 use serde::Deserialize;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// What is told of a recomposition.
@@ -27,9 +25,7 @@ pub(super) struct RecordParameters {
     responses((status = 200, description = "A page of answers.", body = Recompositions)),
 )]
 pub(super) async fn list_recompositions(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
+    Call(edge, caller, page): Call<Edge, PageParameters>,
 ) -> Answer {
     json(&edge.recompositions(&caller, &page.into_request())?)
 }
@@ -42,10 +38,8 @@ pub(super) async fn list_recompositions(
     responses((status = 200, description = "The report, the world and the answer.", body = Record)),
 )]
 pub(super) async fn get_recomposition(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(asked): Query<RecordParameters>,
+    Call(edge, caller, asked): Call<Edge, RecordParameters>,
 ) -> Answer {
     let record = edge.recomposition(&caller, &id, asked.certificate).await?;
     json(&record.to_wire())

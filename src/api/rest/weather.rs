@@ -1,14 +1,12 @@
 //! `/v1/weather`: wind over the network, as one document.
 
 use super::answer::{Answer, json, not_modified, set};
-use super::extract::{self, Authenticated, NoParameters, Query};
+use super::extract::{self, Call};
 use super::reading::{self, JsonBody};
 use super::refusals;
 use crate::edge::Edge;
 use crate::wire::{Weather, WeatherAnswer};
-use axum::extract::State;
 use http::{HeaderMap, header};
-use std::sync::Arc;
 
 fn told(weather: &WeatherAnswer<'_>) -> Answer {
     let mut response = json(weather)?;
@@ -32,12 +30,7 @@ fn told(weather: &WeatherAnswer<'_>) -> Answer {
         (status = 304, description = "The caller has the current version."),
     ),
 )]
-pub(super) async fn get_weather(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
-    headers: HeaderMap,
-) -> Answer {
+pub(super) async fn get_weather(Call(edge, caller, _): Call<Edge>, headers: HeaderMap) -> Answer {
     let weather = edge.weather(&caller);
     let etag = weather.etag.as_deref();
     if let Some(response) = etag.and_then(|etag| not_modified(&headers, etag)) {
@@ -61,9 +54,7 @@ pub(super) async fn get_weather(
     ),
 )]
 pub(super) async fn put_weather(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {

@@ -1,20 +1,16 @@
 //! `/v1/zones`: no-fly zones as GeoJSON features, with entity tags.
 
 use super::answer::{Answer, GEOJSON, created, json, not_modified, of_bytes, set, stamped, told};
-use super::extract::{
-    self, Authenticated, IdempotencyKey, NoParameters, PageParameters, PathId, Query,
-};
+use super::extract::{self, Call, IdempotencyKey, PageParameters, PathId};
 use super::reading::{self, FeedBody, JsonBody};
 use super::refusals;
 use super::zone_schema::{ZoneCollection, ZoneFeature};
 use crate::edge::{Edge, FeedImport, ZoneWrite};
 use crate::wire::{ZoneAck, ZoneImport};
-use axum::extract::State;
 use axum::response::Response;
 use http::{HeaderMap, StatusCode, header};
 use serde::Deserialize;
 use serde_json::Value;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 const COLLECTION: &str = "/v1/zones";
@@ -67,9 +63,7 @@ fn tagged(mut response: Response, ack: &ZoneAck<'_>) -> Response {
     ),
 )]
 pub(super) async fn create_zone(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(asked): Query<WriteParameters>,
+    Call(edge, caller, asked): Call<Edge, WriteParameters>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -110,10 +104,8 @@ pub(super) async fn create_zone(
     ),
 )]
 pub(super) async fn put_zone(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(asked): Query<WriteParameters>,
+    Call(edge, caller, asked): Call<Edge, WriteParameters>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -143,10 +135,8 @@ pub(super) async fn put_zone(
     ),
 )]
 pub(super) async fn delete_zone(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(asked): Query<LiftParameters>,
+    Call(edge, caller, asked): Call<Edge, LiftParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let write = ZoneWrite {
@@ -171,9 +161,7 @@ pub(super) async fn delete_zone(
     ),
 )]
 pub(super) async fn preview_zone(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     JsonBody(body): JsonBody,
 ) -> Answer {
     json(&edge.preview_zone(&caller, reading::value(&body)?).await?)
@@ -189,10 +177,8 @@ pub(super) async fn preview_zone(
     ),
 )]
 pub(super) async fn get_zone(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
     PathId(id): PathId,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(edge, caller, _): Call<Edge>,
     headers: HeaderMap,
 ) -> Answer {
     let (feature, etag) = edge.zone(&caller, &id)?;
@@ -215,9 +201,7 @@ pub(super) async fn get_zone(
     ))),
 )]
 pub(super) async fn list_zones(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
+    Call(edge, caller, page): Call<Edge, PageParameters>,
     headers: HeaderMap,
 ) -> Answer {
     if extract::accepted(&headers, &[ED318]).is_some() {
@@ -294,9 +278,7 @@ fn listed(list: &str) -> Vec<String> {
     ),
 )]
 pub(super) async fn import_zones(
-    State(edge): State<Arc<Edge>>,
-    Authenticated(caller): Authenticated,
-    Query(asked): Query<ImportParameters>,
+    Call(edge, caller, asked): Call<Edge, ImportParameters>,
     FeedBody(text): FeedBody,
 ) -> Answer {
     let import = FeedImport {

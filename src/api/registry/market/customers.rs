@@ -3,14 +3,12 @@
 use super::entries::{gone, read, written};
 use crate::api::registry::extract::Named;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Authenticated, NoParameters, Query, if_match};
+use crate::api::rest::extract::{Call, if_match};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{Customer, CustomerData};
-use axum::extract::State;
 use http::HeaderMap;
-use std::sync::Arc;
 
 const COLLECTION: &str = "/v1/customers";
 
@@ -24,10 +22,8 @@ const COLLECTION: &str = "/v1/customers";
     ),
 )]
 pub(super) async fn get_customer(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
 ) -> Answer {
     read(&dispatch.entry::<Customer>(&caller, &id).await?, &headers)
@@ -46,10 +42,8 @@ pub(super) async fn get_customer(
     ),
 )]
 pub(super) async fn put_customer(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -67,10 +61,8 @@ pub(super) async fn put_customer(
     responses((status = 200, description = "All of it.", body = CustomerData)),
 )]
 pub(super) async fn get_customer_data(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
 ) -> Answer {
     json(&dispatch.customer_data(&caller, &id).await?)
 }
@@ -92,10 +84,8 @@ pub(super) async fn get_customer_data(
     ),
 )]
 pub(super) async fn delete_customer_data(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
 ) -> Answer {
     let version = if_match(&headers)?;

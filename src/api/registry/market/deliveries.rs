@@ -3,15 +3,11 @@
 use crate::api::registry::extract::{Named, WriteParameters, Writing};
 use crate::api::registry::written::written;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{
-    Authenticated, IdempotencyKey, NoParameters, PageParameters, Query,
-};
+use crate::api::rest::extract::{Call, IdempotencyKey, PageParameters};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{Deliveries, Delivery, DeliveryOrder, ProofOfDelivery};
-use axum::extract::State;
-use std::sync::Arc;
 
 const COLLECTION: &str = "/v1/deliveries";
 
@@ -32,8 +28,7 @@ const COLLECTION: &str = "/v1/deliveries";
     ),
 )]
 pub(super) async fn create_delivery(
-    State(dispatch): State<Arc<Dispatch>>,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, _, _): Call<Dispatch>,
     writing: Writing,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -56,9 +51,7 @@ pub(super) async fn create_delivery(
     responses((status = 200, description = "A page of deliveries, without recipients.", body = Deliveries)),
 )]
 pub(super) async fn list_deliveries(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
+    Call(dispatch, caller, page): Call<Dispatch, PageParameters>,
 ) -> Answer {
     json(&dispatch.deliveries(&caller, &page.into_request()).await?)
 }
@@ -70,10 +63,8 @@ pub(super) async fn list_deliveries(
     responses((status = 200, description = "The delivery.", body = Delivery)),
 )]
 pub(super) async fn get_delivery(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
 ) -> Answer {
     json(&dispatch.delivery(&caller, &id).await?)
 }
@@ -90,10 +81,8 @@ pub(super) async fn get_delivery(
     ),
 )]
 pub(super) async fn cancel_delivery(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
 ) -> Answer {
     json(&dispatch.cancel_delivery(&caller, &id).await?)
 }
@@ -112,10 +101,8 @@ pub(super) async fn cancel_delivery(
     ),
 )]
 pub(super) async fn prove_delivery(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     JsonBody(body): JsonBody,
 ) -> Answer {
     let proof: ProofOfDelivery = reading::body(&body, "proof")?;

@@ -3,14 +3,12 @@
 use super::entries::{gone, read, written};
 use crate::api::registry::extract::Named;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Authenticated, NoParameters, PageParameters, Query, if_match};
+use crate::api::rest::extract::{Call, PageParameters, if_match};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{FleetDrone, FleetDrones};
-use axum::extract::State;
 use http::HeaderMap;
-use std::sync::Arc;
 
 const COLLECTION: &str = "/v1/drones";
 
@@ -22,9 +20,7 @@ const COLLECTION: &str = "/v1/drones";
     responses((status = 200, description = "A page of drones.", body = FleetDrones)),
 )]
 pub(super) async fn list_fleet_drones(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
+    Call(dispatch, caller, page): Call<Dispatch, PageParameters>,
 ) -> Answer {
     let page = dispatch.fleet_drones(&caller, &page.into_request()).await?;
     json(&FleetDrones {
@@ -43,10 +39,8 @@ pub(super) async fn list_fleet_drones(
     ),
 )]
 pub(super) async fn get_fleet_drone(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
 ) -> Answer {
     read(&dispatch.fleet_drone(&caller, &id).await?, &headers)
@@ -65,10 +59,8 @@ pub(super) async fn get_fleet_drone(
     ),
 )]
 pub(super) async fn put_fleet_drone(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -90,10 +82,8 @@ pub(super) async fn put_fleet_drone(
     ),
 )]
 pub(super) async fn delete_fleet_drone(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
 ) -> Answer {
     let version = if_match(&headers)?;

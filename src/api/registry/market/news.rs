@@ -2,13 +2,11 @@
 
 use crate::api::registry::extract::{PathId, check_edge};
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Authenticated, NoParameters, Query};
+use crate::api::rest::extract::Call;
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{EdgeNews, NewsTaken};
-use axum::extract::State;
-use std::sync::Arc;
 
 /// Takes what became of flights, and failures that were answered: each number once.
 ///
@@ -23,10 +21,8 @@ use std::sync::Arc;
     ),
 )]
 pub(super) async fn take_news(
-    State(dispatch): State<Arc<Dispatch>>,
     PathId { network, id }: PathId,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     JsonBody(body): JsonBody,
 ) -> Answer {
     check_edge(&caller, &id)?;

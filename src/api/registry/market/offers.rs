@@ -1,13 +1,11 @@
 //! `/v1/services:search`: what is offered.
 
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{NoParameters, Query};
+use crate::api::rest::extract::Call;
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{ServiceOffers, ServiceSearch};
-use axum::extract::State;
-use std::sync::Arc;
 
 /// Looks for services that fit an errand: what each would cost and when it would arrive, and why others do not fit.
 ///
@@ -25,8 +23,7 @@ use std::sync::Arc;
     ),
 )]
 pub(super) async fn search_services(
-    State(dispatch): State<Arc<Dispatch>>,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, _, _): Call<Dispatch>,
     JsonBody(body): JsonBody,
 ) -> Answer {
     let search: ServiceSearch = reading::body(&body, "search")?;

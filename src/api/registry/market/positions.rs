@@ -2,19 +2,17 @@
 
 use crate::api::registry::extract::{Named, PathId, check_edge};
 use crate::api::rest::answer::{Answer, json, json_of_about};
-use crate::api::rest::extract::{Authenticated, NoParameters, Query};
+use crate::api::rest::extract::Call;
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::{Dispatch, PositionsAsked};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{PositionBatch, PositionHistory, PositionsTaken};
-use axum::extract::State;
 use bytes::Bytes;
 use flate2::read::GzDecoder;
 use http::{HeaderMap, header};
 use serde::Deserialize;
 use std::io::Read;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// The largest batch once it is not compressed any more, in bytes: 10,000 positions take a fifth of it.
@@ -57,10 +55,8 @@ pub(super) struct HistoryParameters {
     ),
 )]
 pub(super) async fn take_positions(
-    State(dispatch): State<Arc<Dispatch>>,
     PathId { network, id }: PathId,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -89,10 +85,8 @@ pub(super) async fn take_positions(
     responses((status = 200, description = "The positions that are kept.", body = PositionHistory)),
 )]
 pub(super) async fn list_positions(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(asked): Query<HistoryParameters>,
+    Call(dispatch, caller, asked): Call<Dispatch, HistoryParameters>,
 ) -> Answer {
     let asked = PositionsAsked {
         from: asked.from,

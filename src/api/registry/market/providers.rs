@@ -3,14 +3,12 @@
 use super::entries::{gone, read, written};
 use crate::api::registry::extract::Named;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Authenticated, NoParameters, PageParameters, Query, if_match};
+use crate::api::rest::extract::{Call, PageParameters, if_match};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{Provider, Providers};
-use axum::extract::State;
 use http::HeaderMap;
-use std::sync::Arc;
 
 const COLLECTION: &str = "/v1/providers";
 
@@ -22,9 +20,7 @@ const COLLECTION: &str = "/v1/providers";
     responses((status = 200, description = "A page of providers.", body = Providers)),
 )]
 pub(super) async fn list_providers(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
+    Call(dispatch, caller, page): Call<Dispatch, PageParameters>,
 ) -> Answer {
     let page = dispatch
         .entries::<Provider>(&caller, &page.into_request())
@@ -45,10 +41,8 @@ pub(super) async fn list_providers(
     ),
 )]
 pub(super) async fn get_provider(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
 ) -> Answer {
     read(&dispatch.entry::<Provider>(&caller, &id).await?, &headers)
@@ -67,10 +61,8 @@ pub(super) async fn get_provider(
     ),
 )]
 pub(super) async fn put_provider(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -92,10 +84,8 @@ pub(super) async fn put_provider(
     ),
 )]
 pub(super) async fn delete_provider(
-    State(dispatch): State<Arc<Dispatch>>,
     Named(id): Named,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
 ) -> Answer {
     let version = if_match(&headers)?;

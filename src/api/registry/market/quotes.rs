@@ -2,13 +2,11 @@
 
 use crate::api::registry::extract::Named;
 use crate::api::rest::answer::{Answer, created, json};
-use crate::api::rest::extract::{Authenticated, NoParameters, Query};
+use crate::api::rest::extract::Call;
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{Quote, QuoteRequest};
-use axum::extract::State;
-use std::sync::Arc;
 
 const COLLECTION: &str = "/v1/quotes";
 
@@ -23,9 +21,7 @@ const COLLECTION: &str = "/v1/quotes";
     responses((status = 201, description = "The quote.", body = Quote), refusals::Creation),
 )]
 pub(super) async fn create_quote(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     JsonBody(body): JsonBody,
 ) -> Answer {
     let request: QuoteRequest = reading::body(&body, "request for a quote")?;
@@ -40,10 +36,8 @@ pub(super) async fn create_quote(
     responses((status = 200, description = "The quote.", body = Quote)),
 )]
 pub(super) async fn get_quote(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
 ) -> Answer {
     json(&dispatch.quote(&caller, &id).await?)
 }

@@ -3,14 +3,12 @@
 use super::statistics_table::{PARQUET, StatisticsTable, as_parquet};
 use crate::api::registry::extract::OnNetwork;
 use crate::api::rest::answer::{Answer, json, of_bytes};
-use crate::api::rest::extract::{Authenticated, Query, accepted};
+use crate::api::rest::extract::{Call, accepted};
 use crate::dispatch::Dispatch;
 use crate::refusal::{Code, Refusal};
 use crate::wire::NetworkStatistics;
-use axum::extract::State;
 use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
-use std::sync::Arc;
 use utoipa::IntoParams;
 
 /// Over which span of time.
@@ -41,10 +39,8 @@ pub(super) struct SpanParameters {
     ))),
 )]
 pub(super) async fn get_statistics(
-    State(dispatch): State<Arc<Dispatch>>,
     OnNetwork(network): OnNetwork,
-    Authenticated(caller): Authenticated,
-    Query(span): Query<SpanParameters>,
+    Call(dispatch, caller, span): Call<Dispatch, SpanParameters>,
     headers: HeaderMap,
 ) -> Answer {
     let (from, until) = (span.from.as_deref(), span.until.as_deref());

@@ -4,7 +4,7 @@ use crate::access::Caller;
 use crate::api::problem;
 use crate::api::registry::extract::Named;
 use crate::api::rest::answer::Answer;
-use crate::api::rest::extract::{Authenticated, NoParameters, Query};
+use crate::api::rest::extract::Call;
 use crate::api::rest::refusals;
 use crate::api::server::Drain;
 use crate::dispatch::Dispatch;
@@ -14,7 +14,6 @@ use axum::extract::State;
 use axum::response::IntoResponse;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use std::convert::Infallible;
-use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::mpsc;
 use tokio_stream::StreamExt;
@@ -38,11 +37,9 @@ const KEEP_ALIVE: Duration = Duration::from_secs(15);
     ),
 )]
 pub(super) async fn track_delivery(
-    State(dispatch): State<Arc<Dispatch>>,
     State(drain): State<Drain>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
 ) -> Answer {
     let first = dispatch.track(&caller, &id).await?;
     // One event may wait: who reads slowly gets fewer.

@@ -3,15 +3,14 @@
 use super::entries::gone;
 use crate::api::registry::extract::{Named, invalid};
 use crate::api::rest::answer::{self, Answer, JSON, json, not_modified, set, told};
-use crate::api::rest::extract::{Authenticated, NoParameters, PageParameters, Query, if_match};
+use crate::api::rest::extract::{Call, PageParameters, if_match};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::dispatch::{Dispatch, TaggedWebhook};
 use crate::wire::{Webhook, WebhookDraft, WebhookMessage, WebhookMessages, Webhooks};
+use axum::extract::Path;
 use axum::extract::rejection::PathRejection;
-use axum::extract::{Path, State};
 use http::{HeaderMap, StatusCode, header};
-use std::sync::Arc;
 
 const COLLECTION: &str = "/v1/webhooks";
 
@@ -23,9 +22,7 @@ const COLLECTION: &str = "/v1/webhooks";
     responses((status = 200, description = "A page of webhooks.", body = Webhooks)),
 )]
 pub(super) async fn list_webhooks(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
-    Query(page): Query<PageParameters>,
+    Call(dispatch, caller, page): Call<Dispatch, PageParameters>,
 ) -> Answer {
     json(&dispatch.webhooks(&caller, &page.into_request()).await?)
 }
@@ -40,10 +37,8 @@ pub(super) async fn list_webhooks(
     ),
 )]
 pub(super) async fn get_webhook(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
 ) -> Answer {
     let found = dispatch.webhook(&caller, &id).await?;
@@ -67,10 +62,8 @@ pub(super) async fn get_webhook(
     ),
 )]
 pub(super) async fn put_webhook(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
     JsonBody(body): JsonBody,
 ) -> Answer {
@@ -97,10 +90,8 @@ pub(super) async fn put_webhook(
     ),
 )]
 pub(super) async fn delete_webhook(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
     headers: HeaderMap,
 ) -> Answer {
     let expected = if_match(&headers)?;
@@ -123,10 +114,8 @@ pub(super) async fn delete_webhook(
     ),
 )]
 pub(super) async fn rotate_webhook(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
 ) -> Answer {
     let rotated = dispatch.rotate_webhook(&caller, &id).await?;
     tagged(&rotated, StatusCode::OK)
@@ -140,10 +129,8 @@ pub(super) async fn rotate_webhook(
     responses((status = 200, description = "A page of messages.", body = WebhookMessages)),
 )]
 pub(super) async fn list_messages(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     Named(id): Named,
-    Query(page): Query<PageParameters>,
+    Call(dispatch, caller, page): Call<Dispatch, PageParameters>,
 ) -> Answer {
     let page = page.into_request();
     json(&dispatch.webhook_messages(&caller, &id, &page).await?)
@@ -160,10 +147,8 @@ pub(super) async fn list_messages(
     ),
 )]
 pub(super) async fn resend_message(
-    State(dispatch): State<Arc<Dispatch>>,
-    Authenticated(caller): Authenticated,
     place: Result<Path<(String, String)>, PathRejection>,
-    Query(NoParameters {}): Query<NoParameters>,
+    Call(dispatch, caller, _): Call<Dispatch>,
 ) -> Answer {
     let Path((id, message)) =
         place.map_err(|rejection| invalid("{message}", rejection.body_text()))?;
