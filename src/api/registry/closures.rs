@@ -2,13 +2,13 @@
 
 use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
-use crate::api::rest::answer::{Answer, JSON, json, not_modified, of_bytes, set};
+use crate::api::rest::answer::{Answer, JSON, current, json};
 use crate::api::rest::extract::{Call, IdempotencyKey, PageParameters};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::registry::Registry;
 use crate::wire::{ObjectKind, PublishedClosure, PublishedObjects, Written};
-use http::{HeaderMap, StatusCode, header};
+use http::HeaderMap;
 
 const COLLECTION: &str = "/closures";
 
@@ -46,12 +46,7 @@ pub(super) async fn get_closure(
     headers: HeaderMap,
 ) -> Answer {
     let (body, etag) = registry.object(&network, ObjectKind::Closure, &id).await?;
-    if let Some(response) = not_modified(&headers, &etag) {
-        return Ok(response);
-    }
-    let mut response = of_bytes(StatusCode::OK, JSON, body);
-    set(&mut response, header::ETAG, &etag);
-    Ok(response)
+    Ok(current(&headers, &etag, JSON, body))
 }
 
 /// Publishes a new closure, which every edge of the network then enforces.

@@ -18,7 +18,7 @@ mod written;
 mod zones;
 
 use super::openapi;
-use super::rest::{admin, docs};
+use super::rest::{self, admin, docs};
 use super::server::Drain;
 use crate::dispatch::Dispatch;
 use crate::registry::Registry;
@@ -78,7 +78,7 @@ pub fn router(dispatch: Arc<Dispatch>, drain: Drain) -> (Router, Value) {
 pub fn admin_router(dispatch: Arc<Dispatch>, metrics: Arc<Metrics>, drain: Drain) -> Router {
     let shared = shared(dispatch, drain);
     Router::new()
-        .route("/livez", get(probes::live))
+        .route("/livez", get(rest::probes::live))
         .route("/readyz", get(probes::ready))
         .route("/status", get(probes::status))
         .with_state(shared)
@@ -125,6 +125,6 @@ fn following() -> OpenApiRouter<Shared> {
         .routes(routes!(revoked_keys::list_revoked_keys))
         .routes(routes!(revoked_keys::revoke_key))
         .routes(routes!(clock::get_clock))
-        .routes(routes!(probes::live))
+        .routes(routes!(rest::probes::live))
         .routes(routes!(probes::ready))
 }

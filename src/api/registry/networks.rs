@@ -2,14 +2,14 @@
 
 use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
-use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
+use crate::api::rest::answer::{Answer, GEOJSON, current, json};
 use crate::api::rest::extract::{Call, IdempotencyKey};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::refusal::{Code, Refusal};
 use crate::registry::Registry;
 use crate::wire::{NetworkPatch, NetworkSummaries, Written};
-use http::{HeaderMap, StatusCode, header};
+use http::HeaderMap;
 use serde_json::Value;
 use utoipa::ToSchema;
 
@@ -63,12 +63,7 @@ pub(super) async fn get_network(
     headers: HeaderMap,
 ) -> Answer {
     let (text, etag) = registry.network(&network).await?;
-    if let Some(response) = not_modified(&headers, &etag) {
-        return Ok(response);
-    }
-    let mut response = of_bytes(StatusCode::OK, GEOJSON, text.as_bytes().to_vec());
-    set(&mut response, header::ETAG, &etag);
-    Ok(response)
+    Ok(current(&headers, &etag, GEOJSON, text.as_bytes().to_vec()))
 }
 
 /// Puts a network as a whole, new or in place of the version that `If-Match` names.

@@ -1,25 +1,13 @@
-//! `GET /livez` and `/readyz` of a registry, and `/status` for its keepers.
+//! `GET /readyz` of a registry, and `/status` for its keepers.
 
 use crate::api::rest::answer::{Answer, json, of_bytes};
+use crate::api::rest::probes::TEXT;
 use crate::api::server::Drain;
 use crate::refusal::{Code, Refusal};
 use crate::registry::Registry;
 use axum::extract::State;
-use axum::response::Response;
 use http::StatusCode;
 use std::sync::Arc;
-
-const TEXT: &str = "text/plain; charset=utf-8";
-
-/// Says that the process lives.
-#[utoipa::path(
-    get,
-    path = "/livez",
-    responses((status = 200, description = "It lives.", body = String, content_type = "text/plain")),
-)]
-pub(super) async fn live() -> Response {
-    of_bytes(StatusCode::OK, TEXT, "live\n")
-}
 
 /// Says whether to send requests here: not during a drain, nor while the store does not answer.
 #[utoipa::path(

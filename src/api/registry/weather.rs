@@ -2,13 +2,13 @@
 
 use super::extract::{OnNetwork, WriteParameters, Writing};
 use super::written::{below, written};
-use crate::api::rest::answer::{Answer, JSON, not_modified, of_bytes, set};
+use crate::api::rest::answer::{Answer, JSON, current};
 use crate::api::rest::extract::{Call, IdempotencyKey};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::registry::Registry;
 use crate::wire::{ObjectKind, Weather, Written};
-use http::{HeaderMap, StatusCode, header};
+use http::HeaderMap;
 
 /// Tells the weather over a network.
 #[utoipa::path(
@@ -25,12 +25,7 @@ pub(super) async fn get_weather(
     headers: HeaderMap,
 ) -> Answer {
     let (body, etag) = registry.object(&network, ObjectKind::Weather, "").await?;
-    if let Some(response) = not_modified(&headers, &etag) {
-        return Ok(response);
-    }
-    let mut response = of_bytes(StatusCode::OK, JSON, body);
-    set(&mut response, header::ETAG, &etag);
-    Ok(response)
+    Ok(current(&headers, &etag, JSON, body))
 }
 
 /// Puts the weather over a network, for the first time or in place of the version that `If-Match` names.

@@ -2,14 +2,14 @@
 
 use super::extract::{OnNetwork, PathId, WriteParameters, Writing};
 use super::written::{below, written};
-use crate::api::rest::answer::{Answer, GEOJSON, json, not_modified, of_bytes, set};
+use crate::api::rest::answer::{Answer, GEOJSON, current, json};
 use crate::api::rest::extract::{Call, IdempotencyKey, PageParameters};
 use crate::api::rest::reading::{self, JsonBody};
 use crate::api::rest::refusals;
 use crate::api::rest::zone_schema::{self, ZoneFeature};
 use crate::registry::Registry;
 use crate::wire::{ObjectKind, PublishedObjects, Written};
-use http::{HeaderMap, StatusCode, header};
+use http::HeaderMap;
 
 const COLLECTION: &str = "/zones";
 
@@ -43,12 +43,7 @@ pub(super) async fn get_zone(
     headers: HeaderMap,
 ) -> Answer {
     let (body, etag) = registry.object(&network, ObjectKind::Zone, &id).await?;
-    if let Some(response) = not_modified(&headers, &etag) {
-        return Ok(response);
-    }
-    let mut response = of_bytes(StatusCode::OK, GEOJSON, body);
-    set(&mut response, header::ETAG, &etag);
-    Ok(response)
+    Ok(current(&headers, &etag, GEOJSON, body))
 }
 
 /// Publishes a new zone, which every edge of the network then enforces.

@@ -144,6 +144,20 @@ pub(in crate::api) fn not_modified(headers: &HeaderMap, etag: &str) -> Option<Re
     Some(response)
 }
 
+/// The current version of something that is written already, or that the caller has it.
+pub(in crate::api) fn current(
+    headers: &HeaderMap,
+    etag: &str,
+    media_type: &'static str,
+    body: impl Into<Body>,
+) -> Response {
+    not_modified(headers, etag).unwrap_or_else(|| {
+        let mut response = of_bytes(StatusCode::OK, media_type, body);
+        set(&mut response, header::ETAG, etag);
+        response
+    })
+}
+
 /// An id as one segment of a path (RFC 3986, 2.3): everything but unreserved characters is escaped.
 pub(in crate::api) fn escaped(id: &str) -> String {
     let mut text = String::with_capacity(id.len());

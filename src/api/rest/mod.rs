@@ -20,7 +20,7 @@ mod mail;
 mod network;
 mod packs;
 mod plans;
-mod probes;
+pub(in crate::api) mod probes;
 mod proposals;
 pub(in crate::api) mod reading;
 mod recompositions;

@@ -8,7 +8,7 @@ use axum::response::Response;
 use http::StatusCode;
 use std::sync::Arc;
 
-const TEXT: &str = "text/plain; charset=utf-8";
+pub(in crate::api) const TEXT: &str = "text/plain; charset=utf-8";
 
 /// Says that the process lives.
 #[utoipa::path(
@@ -16,7 +16,7 @@ const TEXT: &str = "text/plain; charset=utf-8";
     path = "/livez",
     responses((status = 200, description = "It lives.", body = String, content_type = "text/plain")),
 )]
-pub(super) async fn live() -> Response {
+pub(in crate::api) async fn live() -> Response {
     of_bytes(StatusCode::OK, TEXT, "live\n")
 }
 

@@ -1,16 +1,13 @@
 //! `/v1/customers`: who orders, and all that is kept of it.
 
-use super::entries::{gone, read, written};
+use super::entries::{OnEntry, gone};
 use crate::api::registry::extract::Named;
 use crate::api::rest::answer::{Answer, json};
 use crate::api::rest::extract::{Call, if_match};
-use crate::api::rest::reading::{self, JsonBody};
+use crate::api::rest::reading::JsonBody;
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{Customer, CustomerData};
-use http::HeaderMap;
-
-const COLLECTION: &str = "/v1/customers";
 
 /// Tells a customer.
 #[utoipa::path(
@@ -21,12 +18,8 @@ const COLLECTION: &str = "/v1/customers";
         (status = 304, description = "The caller has the current version."),
     ),
 )]
-pub(super) async fn get_customer(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-) -> Answer {
-    read(&dispatch.entry::<Customer>(&caller, &id).await?, &headers)
+pub(super) async fn get_customer(on: OnEntry) -> Answer {
+    on.get::<Customer>().await
 }
 
 /// Puts a customer under an id, new or in place of the version that `If-Match` names.
@@ -41,17 +34,8 @@ pub(super) async fn get_customer(
         refusals::Version,
     ),
 )]
-pub(super) async fn put_customer(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-    JsonBody(body): JsonBody,
-) -> Answer {
-    let draft: Customer = reading::body(&body, "customer")?;
-    let put = dispatch
-        .put_entry(&caller, &id, &draft, if_match(&headers)?)
-        .await?;
-    written(&put, COLLECTION)
+pub(super) async fn put_customer(on: OnEntry, JsonBody(body): JsonBody) -> Answer {
+    on.put::<Customer>(&body, "customer", "/v1/customers").await
 }
 
 /// Tells all that is kept of a customer: itself, its deliveries with their recipients, its webhooks.
@@ -83,12 +67,11 @@ pub(super) async fn get_customer_data(
         (status = 412, response = refusals::PreconditionFailed),
     ),
 )]
-pub(super) async fn delete_customer_data(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-) -> Answer {
-    let version = if_match(&headers)?;
-    dispatch.delete_customer_data(&caller, &id, version).await?;
+pub(super) async fn delete_customer_data(on: OnEntry) -> Answer {
+    let version = if_match(&on.headers)?;
+    let deleted = on
+        .dispatch
+        .delete_customer_data(&on.caller, &on.id, version);
+    deleted.await?;
     Ok(gone())
 }

@@ -1,16 +1,12 @@
 //! `/v1/drones`: the drones of providers.
 
-use super::entries::{gone, read, written};
-use crate::api::registry::extract::Named;
+use super::entries::{OnEntry, read};
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Call, PageParameters, if_match};
-use crate::api::rest::reading::{self, JsonBody};
+use crate::api::rest::extract::{Call, PageParameters};
+use crate::api::rest::reading::JsonBody;
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{FleetDrone, FleetDrones};
-use http::HeaderMap;
-
-const COLLECTION: &str = "/v1/drones";
 
 /// Lists the drones that the caller sees, by id.
 #[utoipa::path(
@@ -38,12 +34,9 @@ pub(super) async fn list_fleet_drones(
         (status = 304, description = "The caller has the current version."),
     ),
 )]
-pub(super) async fn get_fleet_drone(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-) -> Answer {
-    read(&dispatch.fleet_drone(&caller, &id).await?, &headers)
+pub(super) async fn get_fleet_drone(on: OnEntry) -> Answer {
+    let drone = on.dispatch.fleet_drone(&on.caller, &on.id).await?;
+    read(&drone, &on.headers)
 }
 
 /// Puts a drone under an id, new or in place of the version that `If-Match` names.
@@ -58,17 +51,8 @@ pub(super) async fn get_fleet_drone(
         refusals::Version,
     ),
 )]
-pub(super) async fn put_fleet_drone(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-    JsonBody(body): JsonBody,
-) -> Answer {
-    let draft: FleetDrone = reading::body(&body, "drone")?;
-    let put = dispatch
-        .put_entry(&caller, &id, &draft, if_match(&headers)?)
-        .await?;
-    written(&put, COLLECTION)
+pub(super) async fn put_fleet_drone(on: OnEntry, JsonBody(body): JsonBody) -> Answer {
+    on.put::<FleetDrone>(&body, "drone", "/v1/drones").await
 }
 
 /// Deletes a drone, of the version that `If-Match` names.
@@ -81,14 +65,6 @@ pub(super) async fn put_fleet_drone(
         refusals::Version,
     ),
 )]
-pub(super) async fn delete_fleet_drone(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-) -> Answer {
-    let version = if_match(&headers)?;
-    dispatch
-        .delete_entry::<FleetDrone>(&caller, &id, version)
-        .await?;
-    Ok(gone())
+pub(super) async fn delete_fleet_drone(on: OnEntry) -> Answer {
+    on.delete::<FleetDrone>().await
 }

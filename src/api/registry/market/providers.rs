@@ -1,16 +1,12 @@
 //! `/v1/providers`: who runs drones and sells deliveries.
 
-use super::entries::{gone, read, written};
-use crate::api::registry::extract::Named;
+use super::entries::OnEntry;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Call, PageParameters, if_match};
-use crate::api::rest::reading::{self, JsonBody};
+use crate::api::rest::extract::{Call, PageParameters};
+use crate::api::rest::reading::JsonBody;
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{Provider, Providers};
-use http::HeaderMap;
-
-const COLLECTION: &str = "/v1/providers";
 
 /// Lists the providers that the caller sees, by id.
 #[utoipa::path(
@@ -40,12 +36,8 @@ pub(super) async fn list_providers(
         (status = 304, description = "The caller has the current version."),
     ),
 )]
-pub(super) async fn get_provider(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-) -> Answer {
-    read(&dispatch.entry::<Provider>(&caller, &id).await?, &headers)
+pub(super) async fn get_provider(on: OnEntry) -> Answer {
+    on.get::<Provider>().await
 }
 
 /// Puts a provider under an id, new or in place of the version that `If-Match` names.
@@ -60,17 +52,8 @@ pub(super) async fn get_provider(
         refusals::Version,
     ),
 )]
-pub(super) async fn put_provider(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-    JsonBody(body): JsonBody,
-) -> Answer {
-    let draft: Provider = reading::body(&body, "provider")?;
-    let put = dispatch
-        .put_entry(&caller, &id, &draft, if_match(&headers)?)
-        .await?;
-    written(&put, COLLECTION)
+pub(super) async fn put_provider(on: OnEntry, JsonBody(body): JsonBody) -> Answer {
+    on.put::<Provider>(&body, "provider", "/v1/providers").await
 }
 
 /// Deletes a provider, of the version that `If-Match` names.
@@ -83,14 +66,6 @@ pub(super) async fn put_provider(
         refusals::Version,
     ),
 )]
-pub(super) async fn delete_provider(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-) -> Answer {
-    let version = if_match(&headers)?;
-    dispatch
-        .delete_entry::<Provider>(&caller, &id, version)
-        .await?;
-    Ok(gone())
+pub(super) async fn delete_provider(on: OnEntry) -> Answer {
+    on.delete::<Provider>().await
 }

@@ -1,16 +1,12 @@
 //! `/v1/services`: what providers offer.
 
-use super::entries::{gone, read, written};
-use crate::api::registry::extract::Named;
+use super::entries::OnEntry;
 use crate::api::rest::answer::{Answer, json};
-use crate::api::rest::extract::{Call, PageParameters, if_match};
-use crate::api::rest::reading::{self, JsonBody};
+use crate::api::rest::extract::{Call, PageParameters};
+use crate::api::rest::reading::JsonBody;
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{PublishedService, PublishedServices};
-use http::HeaderMap;
-
-const COLLECTION: &str = "/v1/services";
 
 /// Lists the services that the caller sees, by id.
 #[utoipa::path(
@@ -40,15 +36,8 @@ pub(super) async fn list_services(
         (status = 304, description = "The caller has the current version."),
     ),
 )]
-pub(super) async fn get_service(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-) -> Answer {
-    read(
-        &dispatch.entry::<PublishedService>(&caller, &id).await?,
-        &headers,
-    )
+pub(super) async fn get_service(on: OnEntry) -> Answer {
+    on.get::<PublishedService>().await
 }
 
 /// Puts a service under an id, new or in place of the version that `If-Match` names.
@@ -63,17 +52,9 @@ pub(super) async fn get_service(
         refusals::Version,
     ),
 )]
-pub(super) async fn put_service(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-    JsonBody(body): JsonBody,
-) -> Answer {
-    let draft: PublishedService = reading::body(&body, "service")?;
-    let put = dispatch
-        .put_entry(&caller, &id, &draft, if_match(&headers)?)
-        .await?;
-    written(&put, COLLECTION)
+pub(super) async fn put_service(on: OnEntry, JsonBody(body): JsonBody) -> Answer {
+    on.put::<PublishedService>(&body, "service", "/v1/services")
+        .await
 }
 
 /// Deletes a service, of the version that `If-Match` names.
@@ -86,14 +67,6 @@ pub(super) async fn put_service(
         refusals::Version,
     ),
 )]
-pub(super) async fn delete_service(
-    Named(id): Named,
-    Call(dispatch, caller, _): Call<Dispatch>,
-    headers: HeaderMap,
-) -> Answer {
-    let version = if_match(&headers)?;
-    dispatch
-        .delete_entry::<PublishedService>(&caller, &id, version)
-        .await?;
-    Ok(gone())
+pub(super) async fn delete_service(on: OnEntry) -> Answer {
+    on.delete::<PublishedService>().await
 }
