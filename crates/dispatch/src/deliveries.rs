@@ -5,10 +5,10 @@ use super::orders::DECISIONS;
 use super::records::{Kept, Order};
 use super::views::{Eyes, view};
 use skyway_contract::{Deliveries, Delivery, DeliveryStatus, ProofOfDelivery, Recipient};
-use skyway_registry::documents::{Commit, Committed, DocumentKind, DocumentQuery};
+use skyway_registry::documents::{Commit, Committed, DocumentKind};
 use skyway_registry::store::StoreError;
 use skyway_service::access::{Caller, Owners, Role};
-use skyway_service::intake::{Faults, PageRequest, token};
+use skyway_service::intake::{Faults, PageRequest};
 use skyway_service::refusal::{Code, Refusal};
 
 const WHAT: &str = "delivery";
@@ -27,21 +27,9 @@ impl Dispatch {
         caller: &Caller,
         page: &PageRequest,
     ) -> Result<Deliveries, Refusal> {
-        let page = page.check()?;
-        let is_of_tenant = caller.role.is_of_tenant();
-        let query = DocumentQuery {
-            kind: DocumentKind::Delivery,
-            of: is_of_tenant.then(|| caller.tenant.to_string()),
-            states: Vec::new(),
-            after: page.after,
-            limit: page.size as u64 + 1,
-            is_newest_first: false,
-        };
-        let mut documents = self.documents.documents(&query).await?;
-        let has_more = documents.len() > page.size;
-        documents.truncate(page.size);
-        let last = documents.last().filter(|_| has_more);
-        let next_page_token = last.map(|last| token(&last.id));
+        let is_own = caller.role.is_of_tenant();
+        let (kind, tenant) = (DocumentKind::Delivery, is_own.then_some(&*caller.tenant));
+        let (documents, next_page_token) = self.page_of(kind, tenant, page).await?;
         let views = documents.into_iter().map(|document| {
             let order: Kept<Order> = Kept::read(document)?;
             let eyes = Eyes::of(caller, &order.value.delivery);

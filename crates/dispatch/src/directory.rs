@@ -123,11 +123,30 @@ impl Dispatch {
         caller: &Caller,
         page: &PageRequest,
     ) -> Result<Listed<T>, Refusal> {
-        let page = page.check()?;
         let is_own = caller.role.is_of_tenant() && !is_offered::<T>(caller);
+        let tenant = is_own.then_some(&*caller.tenant);
+        let (documents, next_page_token) = self.page_of(T::KIND, tenant, page).await?;
+        let shown = documents.into_iter().map(|document| {
+            let kept: Kept<T> = Kept::read(document)?;
+            Ok(kept.value.shown(caller, &kept.document.tenant))
+        });
+        Ok(Listed {
+            entries: shown.collect::<Result<_, Refusal>>()?,
+            next_page_token,
+        })
+    }
+
+    /// A page of what is kept of a kind, by id, of one tenant or of all; and where the next page begins.
+    pub(crate) async fn page_of(
+        &self,
+        kind: DocumentKind,
+        tenant: Option<&str>,
+        page: &PageRequest,
+    ) -> Result<(Vec<Document>, Option<String>), Refusal> {
+        let page = page.check()?;
         let query = DocumentQuery {
-            kind: T::KIND,
-            of: is_own.then(|| caller.tenant.to_string()),
+            kind,
+            of: tenant.map(str::to_owned),
             states: Vec::new(),
             after: page.after,
             limit: page.size as u64 + 1,
@@ -138,14 +157,7 @@ impl Dispatch {
         documents.truncate(page.size);
         let last = documents.last().filter(|_| has_more);
         let next_page_token = last.map(|last| token(&last.id));
-        let shown = documents.into_iter().map(|document| {
-            let kept: Kept<T> = Kept::read(document)?;
-            Ok(kept.value.shown(caller, &kept.document.tenant))
-        });
-        Ok(Listed {
-            entries: shown.collect::<Result<_, Refusal>>()?,
-            next_page_token,
-        })
+        Ok((documents, next_page_token))
     }
 
     /// Something of a kind by its id.

@@ -7,10 +7,10 @@ use super::guard::{GuardedNames, UnfitUrl};
 use crate::Dispatch;
 use crate::directory::{etag, tenant_before_colon};
 use skyway_contract::{DeliveryStatus, Fault, Webhook, WebhookDraft, Webhooks};
-use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery, Seen};
+use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, Seen};
 use skyway_registry::store::StoreError;
 use skyway_service::access::{Caller, Owners};
-use skyway_service::intake::{Expected, PageRequest, token};
+use skyway_service::intake::{Expected, PageRequest};
 use skyway_service::refusal::{Code, Refusal};
 
 /// The most webhooks of a tenant.
@@ -38,23 +38,9 @@ impl Dispatch {
     /// # Errors
     /// When the page is none, or the store does not answer.
     pub async fn webhooks(&self, caller: &Caller, page: &PageRequest) -> Result<Webhooks, Refusal> {
-        let page = page.check()?;
-        let query = DocumentQuery {
-            kind: DocumentKind::Webhook,
-            of: caller
-                .role
-                .is_of_tenant()
-                .then(|| caller.tenant.to_string()),
-            states: Vec::new(),
-            after: page.after,
-            limit: page.size as u64 + 1,
-            is_newest_first: false,
-        };
-        let mut documents = self.documents.documents(&query).await?;
-        let has_more = documents.len() > page.size;
-        documents.truncate(page.size);
-        let last = documents.last().filter(|_| has_more);
-        let next_page_token = last.map(|last| token(&last.id));
+        let is_own = caller.role.is_of_tenant();
+        let (kind, tenant) = (DocumentKind::Webhook, is_own.then_some(&*caller.tenant));
+        let (documents, next_page_token) = self.page_of(kind, tenant, page).await?;
         let now_ms = self.clock.now().as_millisecond();
         let views = documents.iter().map(|document| {
             let endpoint = Endpoint::of(document)?;
