@@ -10,7 +10,7 @@ use crate::formats::{
     read_flight_document,
 };
 use crate::network::Topology;
-use crate::verify::{self, FlightFault, FlightPremises, NetworkFacts, verify_flight};
+use crate::verify::{self, FlightFault, NetworkFacts, verify_flight};
 use clap::Args;
 use serde_json::{Map, Value, json};
 use std::path::PathBuf;
@@ -76,24 +76,7 @@ impl Verify {
     ) -> Result<Verdict, Stop> {
         let document = read_flight_document(text, topology)
             .map_err(|fault| Stop::failed(format!("{}: {fault}", self.certificate.display())))?;
-        let starts = [document.start];
-        let checked = verify_flight(
-            &document.plan,
-            &FlightPremises {
-                topology,
-                airframe: &document.airframe,
-                payload_kg: document.payload_kg,
-                wind: &document.wind,
-                rules: &document.rules,
-                situation: &document.situation,
-                starts: &starts,
-                destination: document.destination,
-                began_s: document.began_s,
-                deadline_s: document.deadline_s,
-                reserve: document.reserve,
-                closed_segments: &document.closed_segments,
-            },
-        );
+        let checked = verify_flight(&document.plan, &document.premises(topology));
         let differing = differing_premises(&document).map_err(Stop::failed)?;
         if self.json {
             output.json(&flight_json(

@@ -13,7 +13,7 @@ use skyway::formats::{
     write_network,
 };
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
-use skyway::verify::{FlightPremises, verify_flight};
+use skyway::verify::verify_flight;
 use skyway::wire;
 use std::sync::Arc;
 
@@ -351,21 +351,8 @@ impl Town {
         }
         let document = read_flight_document(&certificate.to_string(), &topology);
         let document = document.expect("a certificate");
-        let premises = FlightPremises {
-            topology: &topology,
-            airframe: &document.airframe,
-            payload_kg: document.payload_kg,
-            wind: &document.wind,
-            rules: &document.rules,
-            situation: &document.situation,
-            starts: &[document.start],
-            destination: document.destination,
-            began_s: document.began_s,
-            deadline_s: document.deadline_s,
-            reserve: document.reserve,
-            closed_segments: &document.closed_segments,
-        };
-        verify_flight(&document.plan, &premises).expect("it can be flown");
+        let checked = verify_flight(&document.plan, &document.premises(&topology));
+        checked.expect("it can be flown");
     }
 }
 

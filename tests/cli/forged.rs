@@ -4,7 +4,7 @@ use crate::binary::{Workspace, skyway};
 use serde_json::{Value, json};
 use skyway::formats::{differing_premises, load_network, premises_lines, read_flight_document};
 use skyway::network::{Topology, bundled};
-use skyway::verify::{FlightPremises, verify_flight};
+use skyway::verify::verify_flight;
 
 /// A plan past a zone, into wind, with a pad reserved and another plan elsewhere.
 pub(crate) fn plan(desk: &Workspace) -> Value {
@@ -54,22 +54,8 @@ pub(crate) fn plan(desk: &Workspace) -> Value {
 pub(crate) fn told(plan: &Value, topology: &Topology) -> Result<Vec<String>, String> {
     let document =
         read_flight_document(&plan.to_string(), topology).map_err(|fault| fault.to_string())?;
-    let starts = [document.start];
-    let premises = FlightPremises {
-        topology,
-        airframe: &document.airframe,
-        payload_kg: document.payload_kg,
-        wind: &document.wind,
-        rules: &document.rules,
-        situation: &document.situation,
-        starts: &starts,
-        destination: document.destination,
-        began_s: document.began_s,
-        deadline_s: document.deadline_s,
-        reserve: document.reserve,
-        closed_segments: &document.closed_segments,
-    };
-    verify_flight(&document.plan, &premises).map_err(|fault| fault.to_string())?;
+    let checked = verify_flight(&document.plan, &document.premises(topology));
+    checked.map_err(|fault| fault.to_string())?;
     let differing = differing_premises(&document).map_err(|fault| fault.to_string())?;
     let differing = differing.iter().map(|premise| format!("{premise:?}"));
     let lines = premises_lines(&document, topology);

@@ -36,7 +36,7 @@ const LAYERS: &[(&str, &str)] = &[
     ("draw", "geo network airspace flight routing recompose"),
     (
         "formats",
-        "wire geo network airspace flight routing itinerary recompose compose delivery buildings",
+        "wire geo network airspace flight routing itinerary recompose compose delivery verify buildings",
     ),
     (
         "evaluate",

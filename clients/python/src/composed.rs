@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use skyway_engine::airspace::Airspace;
 use skyway_engine::compose;
 use skyway_engine::network::{NodeIx, Topology};
-use skyway_engine::verify::{self, FlightPremises, NetworkFacts, verify_flight};
+use skyway_engine::verify::{self, NetworkFacts, verify_flight};
 use skyway_formats::{composition_json, is_flight_document, read_flight_document};
 use std::sync::Arc;
 
@@ -111,24 +111,7 @@ pub(crate) fn verdict(text: &str, topology: &Topology) -> Result<Value, Refusal>
             fault.to_string(),
         )
     })?;
-    let starts = [document.start];
-    let checked = verify_flight(
-        &document.plan,
-        &FlightPremises {
-            topology,
-            airframe: &document.airframe,
-            payload_kg: document.payload_kg,
-            wind: &document.wind,
-            rules: &document.rules,
-            situation: &document.situation,
-            starts: &starts,
-            destination: document.destination,
-            began_s: document.began_s,
-            deadline_s: document.deadline_s,
-            reserve: document.reserve,
-            closed_segments: &document.closed_segments,
-        },
-    );
+    let checked = verify_flight(&document.plan, &document.premises(topology));
     Ok(match checked {
         Ok(()) => {
             json!({"holds": true, "text": "the plan can be flown", "length_m": document.plan.distance_m})

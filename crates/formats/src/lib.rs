@@ -26,7 +26,7 @@ mod zones;
 
 use skyway_contract as wire;
 use skyway_engine::{
-    airspace, compose, delivery, flight, geo, itinerary, network, recompose, routing,
+    airspace, compose, delivery, flight, geo, itinerary, network, recompose, routing, verify,
 };
 
 pub use answer::{answer, warning_text};

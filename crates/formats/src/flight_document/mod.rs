@@ -13,9 +13,11 @@ pub use write::write_flight_document;
 pub(super) use written::{WrittenClosure, WrittenReservation, WrittenRules, WrittenTraffic};
 
 use crate::flight::{Airframe, FlightPlan, FlightRules, FlightStart, Situation, WindField};
-use crate::network::{NodeIx, SegmentIx};
+use crate::network::{NodeIx, SegmentIx, Topology};
+use crate::verify::FlightPremises;
 use jiff::Timestamp;
 use serde_json::Value;
+use std::slice;
 use thiserror::Error;
 
 /// What the document says that it is.
@@ -101,6 +103,26 @@ pub struct FlightDocument {
     pub closed_segments: Vec<SegmentIx>,
     /// The plan.
     pub plan: FlightPlan,
+}
+
+impl FlightDocument {
+    /// The premises on a network, for the verifier.
+    pub fn premises<'a>(&'a self, topology: &'a Topology) -> FlightPremises<'a> {
+        FlightPremises {
+            topology,
+            airframe: &self.airframe,
+            payload_kg: self.payload_kg,
+            wind: &self.wind,
+            rules: &self.rules,
+            situation: &self.situation,
+            starts: slice::from_ref(&self.start),
+            destination: self.destination,
+            began_s: self.began_s,
+            deadline_s: self.deadline_s,
+            reserve: self.reserve,
+            closed_segments: &self.closed_segments,
+        }
+    }
 }
 
 /// True for a text that says it is such a document.
