@@ -48,6 +48,12 @@ pub(crate) struct Seen {
 #[derive(Clone)]
 pub(crate) struct Times(Histogram<u32>);
 
+impl Default for Times {
+    fn default() -> Self {
+        Self::new(DIGITS)
+    }
+}
+
 impl Times {
     pub(crate) fn new(digits: u8) -> Self {
         let histogram = Histogram::new_with_bounds(1, LONGEST_US, digits);
@@ -85,7 +91,7 @@ impl Times {
 }
 
 /// What is known of one kind of request.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(crate) struct Tally {
     /// Answers that came while it was measured, whenever they were asked for.
     pub(crate) came: u64,
@@ -110,31 +116,6 @@ pub(crate) struct Tally {
     pub(crate) freshness_read: u64,
     pub(crate) fresh: u64,
     pub(crate) registry_age_s: f64,
-}
-
-impl Default for Tally {
-    fn default() -> Self {
-        Self {
-            came: 0,
-            answered: 0,
-            shed: 0,
-            refused: 0,
-            broken: 0,
-            timed_out: 0,
-            unsent: 0,
-            from_intended: Times::new(DIGITS),
-            from_sent: Times::new(DIGITS),
-            until_shed: Times::new(DIGITS),
-            problems: BTreeMap::new(),
-            answers_read: 0,
-            rerouted: 0,
-            to_publish: 0,
-            published: 0,
-            freshness_read: 0,
-            fresh: 0,
-            registry_age_s: 0.0,
-        }
-    }
 }
 
 impl Tally {
@@ -239,7 +220,7 @@ impl Recorder {
             interval,
             tallies: BTreeMap::new(),
             intervals: Vec::new(),
-            late: Times::new(DIGITS),
+            late: Times::default(),
         }
     }
 
