@@ -23,6 +23,7 @@ mod grounded;
 mod idempotency;
 mod imports;
 mod journal;
+mod ladder;
 mod mailboxes;
 mod network_in_flight;
 mod no_way;

@@ -1,5 +1,6 @@
 //! An edge on a small network, and short ways to say what happens to it.
 
+pub(crate) use crate::ladder::{ladder, segment};
 use bytes::Bytes;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
@@ -9,7 +10,7 @@ use skyway::edge::{
     WriterStep, ZoneWrite,
 };
 use skyway::formats::{load_network, parse_report, read_network, write_network};
-use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
+use skyway::network::{NetworkDraft, NodeDraft, SegmentDraft, Topology};
 use skyway::wire;
 use std::sync::{Arc, OnceLock, Weak};
 use std::time::Duration;
@@ -317,39 +318,5 @@ pub(crate) fn node(id: &str, x: f64, y: f64) -> NodeDraft {
         id: id.to_owned(),
         position: [x, y],
         ..NodeDraft::default()
-    }
-}
-
-pub(crate) fn ladder() -> NetworkDraft {
-    let node = |row: &str, place: usize, y: f64| NodeDraft {
-        id: format!("{row}{place}"),
-        position: [place as f64 * 100.0, y],
-        pads: u16::from(place == 0 || place == 7),
-        ..NodeDraft::default()
-    };
-    let nodes = (0..8).flat_map(|place| [node("a", place, 0.0), node("b", place, 100.0)]);
-    let mut segments = Vec::new();
-    let mut join = |from: String, to: String| segments.push(segment(from, to));
-    for place in 0..8 {
-        join(format!("a{place}"), format!("b{place}"));
-        if place < 7 {
-            join(format!("a{place}"), format!("a{}", place + 1));
-            join(format!("b{place}"), format!("b{}", place + 1));
-        }
-    }
-    NetworkDraft {
-        nodes: nodes.collect(),
-        segments,
-        coordinates: Coordinates::Planar,
-        name: "ladder".to_owned(),
-        ..NetworkDraft::default()
-    }
-}
-
-pub(crate) fn segment(from: impl Into<String>, to: impl Into<String>) -> SegmentDraft {
-    SegmentDraft {
-        from: from.into(),
-        to: to.into(),
-        ..SegmentDraft::default()
     }
 }

@@ -68,13 +68,7 @@ async fn one_page_is_one_revision_however_much_it_brings() {
 
 #[tokio::test]
 async fn a_zone_posted_at_one_edge_closes_at_the_other_and_is_told_once() {
-    let central = Central::open().await;
-    let (north, south) = (
-        Outpost::set(&central, "north"),
-        Outpost::set(&central, "south"),
-    );
-    north.settle(&central).await;
-    south.settle(&central).await;
+    let (central, north, south) = Outpost::pair().await;
     let (mut at_north, mut at_south) = (north.events(), south.events());
     north.put_zone("concert", 150.0, 0.0, 5.0).await;
     assert_eq!(north.blocked(), 1, "enforced at once");
@@ -100,9 +94,7 @@ async fn a_zone_posted_at_one_edge_closes_at_the_other_and_is_told_once() {
 
 #[tokio::test]
 async fn what_is_changed_while_the_line_is_cut_is_told_in_its_order() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     north.line.cut();
     north.put_zone("a", 50.0, 0.0, 5.0).await;
     for radius_m in [6.0, 7.0, 8.0] {
@@ -129,9 +121,7 @@ async fn what_is_changed_while_the_line_is_cut_is_told_in_its_order() {
 
 #[tokio::test]
 async fn a_change_whose_answer_was_lost_is_recognised_by_the_log() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     let mut events = north.events();
     north.line.lose_answers(true);
     north.put_zone("a", 50.0, 0.0, 5.0).await;
@@ -151,13 +141,7 @@ async fn a_change_whose_answer_was_lost_is_recognised_by_the_log() {
 
 #[tokio::test]
 async fn closures_travel_as_zones_do() {
-    let central = Central::open().await;
-    let (north, south) = (
-        Outpost::set(&central, "north"),
-        Outpost::set(&central, "south"),
-    );
-    north.settle(&central).await;
-    south.settle(&central).await;
+    let (central, north, south) = Outpost::pair().await;
     north.close("crane", "a1-a2").await;
     south
         .until("it has come", async || south.blocked() == 1)
@@ -182,13 +166,7 @@ async fn closures_travel_as_zones_do() {
 
 #[tokio::test]
 async fn a_drones_report_closes_its_leg_at_every_edge_until_it_ends() {
-    let central = Central::open().await;
-    let (north, south) = (
-        Outpost::set(&central, "north"),
-        Outpost::set(&central, "south"),
-    );
-    north.settle(&central).await;
-    south.settle(&central).await;
+    let (central, north, south) = Outpost::pair().await;
     let report = async |id: &str, outpost: &Outpost| {
         let telemetry = skyway::wire::Telemetry {
             positions: vec![json!({"drone_id": "d1", "location": {"x": 140.0, "y": 0.0}})],
@@ -331,9 +309,7 @@ async fn removals_that_an_operator_rejects_are_put_at_the_registry_again() {
 
 #[tokio::test]
 async fn what_the_registry_will_never_take_is_told_and_held() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     let mut events = north.events();
     // An id that no registry takes, as it could not stand in a path.
     north.put_zone("bell\u{7}", 50.0, 0.0, 5.0).await;
@@ -384,9 +360,7 @@ async fn a_cursor_that_is_gone_leads_to_the_list() {
 
 #[tokio::test]
 async fn a_zone_and_a_closure_of_one_id_are_both_in_force() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     north.line.cut();
     north.close("x", "a1-a2").await;
     let (feature, manner) = (circle("x", 350.0, 0.0, 5.0), manner(None));

@@ -137,9 +137,7 @@ async fn what_both_have_lifted_is_gone() {
 
 #[tokio::test]
 async fn two_new_zones_of_one_id_meet_as_changes_do() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     north.line.cut();
     north.put_zone("x", 150.0, 0.0, 20.0).await;
     central.put_zone("x", 350.0, 0.0, 20.0).await;

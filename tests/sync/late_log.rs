@@ -30,9 +30,7 @@ impl Outpost {
 /// What was lifted from here leaves nothing behind that would know its versions.
 #[tokio::test]
 async fn an_earlier_version_of_its_own_is_no_conflict() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     north.line.bend(|_| Err(cut()));
     north.put_zone("a", 50.0, 0.0, 10.0).await;
     north.told().await;
@@ -51,9 +49,7 @@ async fn an_earlier_version_of_its_own_is_no_conflict() {
 
 /// A zone that is put, lifted and put again, all of which the registry has heard before the edge reads any of it.
 async fn told_thrice() -> (Central, Outpost) {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     north.line.bend(|_| Err(cut()));
     north.put_zone("a", 50.0, 0.0, 10.0).await;
     north.told().await;

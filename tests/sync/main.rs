@@ -6,6 +6,8 @@ mod changes;
 mod conflicts;
 mod damage;
 mod epochs;
+#[path = "../edge/ladder.rs"]
+mod ladder;
 mod late_log;
 mod line;
 mod loopback;

@@ -45,9 +45,7 @@ fn numbers(news: &[wire::NewsEntry]) -> Vec<u64> {
 
 #[tokio::test]
 async fn news_wait_for_a_registry_that_is_away_and_are_told_in_their_order() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     north.line.cut();
     for number in 0..3 {
         order(&north, number).await;
@@ -80,9 +78,7 @@ async fn news_wait_for_a_registry_that_is_away_and_are_told_in_their_order() {
 
 #[tokio::test]
 async fn what_was_lost_on_its_way_back_is_sent_again_and_taken_once() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     north.line.lose_answers(true);
     order(&north, 0).await;
     let sent_thrice = async || north.line.news_sent().len() > 2;
@@ -119,9 +115,7 @@ async fn news_survive_a_crash_of_the_edge() {
 
 #[tokio::test]
 async fn one_that_the_registry_will_never_take_holds_no_other_up() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     north.line.cut();
     for number in 0..5 {
         order(&north, number).await;
@@ -143,9 +137,7 @@ async fn one_that_the_registry_will_never_take_holds_no_other_up() {
 
 #[tokio::test]
 async fn no_more_than_five_hundred_go_at_once() {
-    let central = Central::open().await;
-    let north = Outpost::set(&central, "north");
-    north.settle(&central).await;
+    let (central, north) = Outpost::alone().await;
     north.line.cut();
     for number in 0..300 {
         order(&north, number).await;

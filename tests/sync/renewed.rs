@@ -1,6 +1,6 @@
 //! Closures that have ended and come again: others are told, though the registry keeps what has ended for a while.
 
-use crate::stage::{Central, Outpost};
+use crate::stage::Outpost;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::edge::Idempotency;
@@ -50,13 +50,7 @@ impl Outpost {
 
 #[tokio::test]
 async fn a_report_on_a_leg_whose_closure_has_ended_closes_it_at_every_edge_again() {
-    let central = Central::open().await;
-    let (north, south) = (
-        Outpost::set(&central, "north"),
-        Outpost::set(&central, "south"),
-    );
-    north.settle(&central).await;
-    south.settle(&central).await;
+    let (central, north, south) = Outpost::pair().await;
     north.meets_an_obstacle("r1").await;
     south.is_closed().await;
     for outpost in [&north, &south] {
@@ -96,13 +90,7 @@ async fn a_report_on_a_leg_whose_closure_has_ended_closes_it_at_every_edge_again
 
 #[tokio::test]
 async fn an_operators_closure_that_has_ended_may_be_posted_again() {
-    let central = Central::open().await;
-    let (north, south) = (
-        Outpost::set(&central, "north"),
-        Outpost::set(&central, "south"),
-    );
-    north.settle(&central).await;
-    south.settle(&central).await;
+    let (central, north, south) = Outpost::pair().await;
     for _ in 0..2 {
         let until = north.edge.clock().now() + SignedDuration::from_mins(10);
         let draft = wire::ClosureDraft {

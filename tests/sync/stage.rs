@@ -1,5 +1,6 @@
 //! A registry and edges on a small network, and short ways to say what happens to them.
 
+pub(crate) use crate::ladder::ladder;
 use crate::line::Line;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
@@ -10,7 +11,7 @@ use skyway::edge::{
     ZoneWrite,
 };
 use skyway::formats::{load_network, write_network};
-use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft, Topology};
+use skyway::network::Topology;
 use skyway::registry::store::{Compaction, Store};
 use skyway::registry::{self, Opening, Registry, WriteOptions, open_store};
 use skyway::wire::{self, EventKind, Freshness, ObjectKind};
@@ -175,6 +176,23 @@ pub(crate) struct Outpost {
 }
 
 impl Outpost {
+    /// A registry with an edge that has all of it.
+    pub(crate) async fn alone() -> (Central, Self) {
+        let central = Central::open().await;
+        let north = Self::set(&central, "north");
+        north.settle(&central).await;
+        (central, north)
+    }
+
+    /// The same with two.
+    pub(crate) async fn pair() -> (Central, Self, Self) {
+        let central = Central::open().await;
+        let [north, south] = ["north", "south"].map(|name| Self::set(&central, name));
+        north.settle(&central).await;
+        south.settle(&central).await;
+        (central, north, south)
+    }
+
     pub(crate) fn set(central: &Central, name: &str) -> Self {
         Self::with(&central.registry, name, Settings::default())
     }
@@ -464,37 +482,4 @@ fn id_and_radius(feature: &Value) -> (String, f64) {
     let id = feature["id"].as_str().expect("an id").to_owned();
     let radius_m = feature["properties"]["radius_m"].as_f64();
     (id, radius_m.unwrap_or_default())
-}
-
-/// A ladder of two rows of eight nodes, 100 m apart.
-pub(crate) fn ladder() -> NetworkDraft {
-    let node = |row: &str, place: usize, y: f64| NodeDraft {
-        id: format!("{row}{place}"),
-        position: [place as f64 * 100.0, y],
-        pads: u16::from(place == 0 || place == 7),
-        ..NodeDraft::default()
-    };
-    let nodes = (0..8).flat_map(|place| [node("a", place, 0.0), node("b", place, 100.0)]);
-    let mut segments = Vec::new();
-    let mut join = |from: String, to: String| {
-        segments.push(SegmentDraft {
-            from,
-            to,
-            ..SegmentDraft::default()
-        });
-    };
-    for place in 0..8 {
-        join(format!("a{place}"), format!("b{place}"));
-        if place < 7 {
-            join(format!("a{place}"), format!("a{}", place + 1));
-            join(format!("b{place}"), format!("b{}", place + 1));
-        }
-    }
-    NetworkDraft {
-        nodes: nodes.collect(),
-        segments,
-        coordinates: Coordinates::Planar,
-        name: "ladder".to_owned(),
-        ..NetworkDraft::default()
-    }
 }
