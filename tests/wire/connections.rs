@@ -45,12 +45,7 @@ async fn a_preface_without_settings_is_cut_for_want_of_a_ping() {
         ping_timeout: Duration::from_secs(1),
         ..ServerConfig::default()
     };
-    let server = Options {
-        server: config,
-        ..Options::default()
-    }
-    .start()
-    .await;
+    let server = Options::of(config).start().await;
     let mut socket = Socket::open(server.address).await;
     socket.send(PREFACE).await;
     socket.read_to_end().await;
@@ -67,12 +62,7 @@ async fn a_connection_in_use_outlives_every_deadline_of_connections() {
         idle_deadline: Duration::from_secs(20),
         ..ServerConfig::default()
     };
-    let server = Options {
-        server: config,
-        ..Options::default()
-    }
-    .start()
-    .await;
+    let server = Options::of(config).start().await;
     let clients = [rest(), h2()];
     for client in &clients {
         let waiting = tokio::spawn(ask(client, Method::GET, server.url("/livez"), "wait").send());
@@ -102,12 +92,7 @@ async fn an_idle_connection_is_let_go() {
         idle_deadline: Duration::from_secs(1),
         ..ServerConfig::default()
     };
-    let server = Options {
-        server: config,
-        ..Options::default()
-    }
-    .start()
-    .await;
+    let server = Options::of(config).start().await;
     let mut socket = Socket::open(server.address).await;
     let request = format!("GET /livez HTTP/1.1\r\nhost: {}\r\n\r\n", server.address);
     socket.send(request.as_bytes()).await;
@@ -122,12 +107,7 @@ async fn beyond_the_cap_connections_are_closed_at_once() {
         connections_for_probes: 0,
         ..ServerConfig::default()
     };
-    let server = Options {
-        server: config,
-        ..Options::default()
-    }
-    .start()
-    .await;
+    let server = Options::of(config).start().await;
     let request = format!("GET /livez HTTP/1.1\r\nhost: {}\r\n\r\n", server.address);
     let mut open = Vec::new();
     for _ in 0..3 {

@@ -66,12 +66,7 @@ async fn a_request_that_does_not_end_is_cut_when_the_time_is_over() {
         drain_timeout: Duration::from_millis(500),
         ..ServerConfig::default()
     };
-    let server = Options {
-        server: config,
-        ..Options::default()
-    }
-    .start()
-    .await;
+    let server = Options::of(config).start().await;
     let client = rest();
     let waiting = tokio::spawn(ask(&client, Method::GET, server.url("/livez"), "wait").send());
     server.entered(1).await;
@@ -110,12 +105,7 @@ async fn during_the_delay_everything_is_served() {
         drain_delay: Duration::from_secs(2),
         ..ServerConfig::default()
     };
-    let server = Options {
-        server: config,
-        ..Options::default()
-    }
-    .start()
-    .await;
+    let server = Options::of(config).start().await;
     server.drain.begin();
     let response = ask(&rest(), Method::GET, server.url("/readyz"), "")
         .send()

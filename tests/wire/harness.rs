@@ -81,6 +81,13 @@ impl Default for Options {
 }
 
 impl Options {
+    pub(crate) fn of(server: ServerConfig) -> Self {
+        Self {
+            server,
+            ..Self::default()
+        }
+    }
+
     /// Every role has its name as its token.
     pub(crate) fn with_tokens() -> Self {
         let tokens = KnownTokens {
