@@ -1,6 +1,6 @@
 //! What every store has to do: one list of cases, run on each engine.
 
-use crate::drafts::{NETWORK, commit, creation, expecting, gone, put, write, zone};
+use crate::drafts::{NETWORK, commit, creation, expecting, found, gone, put, write, zone};
 use crate::{keeping, pages};
 use skyway::registry::store::{Appended, ChangesQuery, ObjectsQuery, Store, Version};
 use skyway::wire::{ChangeOperation, ObjectKind};
@@ -71,11 +71,7 @@ pub(crate) fn changes(after: u64) -> ChangesQuery {
 }
 
 pub(crate) async fn holding(store: &dyn Store, at: Option<u64>) -> Vec<(String, String)> {
-    let read = store
-        .objects(&objects(at))
-        .await
-        .expect("answers")
-        .expect("a network");
+    let read = found(store.objects(&objects(at)).await);
     let held = read.objects.into_iter();
     held.map(|object| (object.id, object.body.expect("a body")))
         .collect()
@@ -114,18 +110,10 @@ async fn revisions_are_consecutive(open: Open) {
         commit(&*store, write(NETWORK, vec![zone("a", "4")])).await,
         version(3)
     );
-    let state = store
-        .network(NETWORK)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let state = found(store.network(NETWORK).await);
     assert_eq!((state.head, state.oldest, state.zones), (3, 0, 2));
     assert_eq!(state.topology, version(1));
-    let read = store
-        .changes(&changes(1))
-        .await
-        .expect("answers")
-        .expect("a network");
+    let read = found(store.changes(&changes(1)).await);
     let found: Vec<(u64, &str)> = read
         .changes
         .iter()
@@ -137,11 +125,7 @@ async fn revisions_are_consecutive(open: Open) {
             .iter()
             .all(|change| change.sha256 == change.digest(NETWORK))
     );
-    let nothing = store
-        .changes(&changes(3))
-        .await
-        .expect("answers")
-        .expect("a network");
+    let nothing = found(store.changes(&changes(3)).await);
     assert_eq!(nothing.changes, []);
     store.close().await;
 }
@@ -170,11 +154,7 @@ async fn a_write_is_decided_on_what_is_there(open: Open) {
     let third = commit(&*store, removal).await;
     moved(next(third)).await;
     commit(&*store, new()).await;
-    let state = store
-        .network(NETWORK)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let state = found(store.network(NETWORK).await);
     assert_eq!(
         (state.head, state.zones),
         (5, 1),
@@ -226,11 +206,7 @@ async fn a_snapshot_stays_at_its_revision(open: Open) {
         limit: 2,
         ..objects(None)
     };
-    let first = store
-        .objects(&first_page)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let first = found(store.objects(&first_page).await);
     let ids = |read: &skyway::registry::store::ObjectsRead| -> Vec<String> {
         read.objects
             .iter()
@@ -249,11 +225,7 @@ async fn a_snapshot_stays_at_its_revision(open: Open) {
         after: Some((ObjectKind::Zone, "b".to_owned())),
         ..objects(None)
     };
-    let second = store
-        .objects(&second_page)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let second = found(store.objects(&second_page).await);
     assert_eq!(
         (ids(&second), second.has_more),
         (vec!["c".to_owned(), "d".to_owned()], false)
@@ -265,11 +237,7 @@ async fn a_snapshot_stays_at_its_revision(open: Open) {
         bytes: 1,
         ..objects(None)
     };
-    let small = store
-        .objects(&small)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let small = found(store.objects(&small).await);
     assert_eq!((small.objects.len(), small.has_more), (1, true));
     store.close().await;
 }
@@ -279,11 +247,7 @@ async fn what_is_gone_leaves_a_tombstone(open: Open) {
     commit(&*store, creation(NETWORK)).await;
     commit(&*store, write(NETWORK, vec![zone("a", "1")])).await;
     commit(&*store, write(NETWORK, vec![gone("a")])).await;
-    let read = store
-        .changes(&changes(2))
-        .await
-        .expect("answers")
-        .expect("a network");
+    let read = found(store.changes(&changes(2)).await);
     let [tombstone] = read.changes.as_slice() else {
         panic!("{:?}", read.changes);
     };
@@ -298,11 +262,7 @@ async fn what_is_gone_leaves_a_tombstone(open: Open) {
     assert_eq!(object, None);
     commit(&*store, write(NETWORK, vec![zone("a", "2")])).await;
     assert_eq!(holding(&*store, None).await, [pair("a", "2")]);
-    let state = store
-        .network(NETWORK)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let state = found(store.network(NETWORK).await);
     assert_eq!(state.zones, 1);
     store.close().await;
 }

@@ -3,11 +3,16 @@
 use skyway::formats::write_network;
 use skyway::network::{Coordinates, NetworkDraft, NodeDraft, SegmentDraft};
 use skyway::registry::store::{
-    Append, Appended, Expectation, KeptReply, NewChange, ReplyKey, Store, Version,
+    Append, Appended, Expectation, KeptReply, NewChange, ReplyKey, Store, StoreError, Version,
 };
 use skyway::wire::{ChangeOperation, ObjectKind};
 
 pub(crate) const NETWORK: &str = "square";
+
+/// What a store has read of a network that it has.
+pub(crate) fn found<T>(read: Result<Option<T>, StoreError>) -> T {
+    read.expect("answers").expect("a network")
+}
 
 /// Four nodes in a square of 100 m, and its four sides.
 pub(crate) fn square() -> String {

@@ -1,7 +1,9 @@
 //! The second half of the contract: what is dropped, what is kept, and what happens at once.
 
 use crate::contract::{Open, changes, holding, objects};
-use crate::drafts::{NETWORK, commit, creation, expecting, gone, keyed, put, square, write, zone};
+use crate::drafts::{
+    NETWORK, commit, creation, expecting, found, gone, keyed, put, square, write, zone,
+};
 use skyway::registry::store::{Appended, Compaction, EdgeHeard, Version};
 use skyway::wire::{ChangeOperation, Nack, ObjectKind};
 
@@ -30,33 +32,17 @@ pub(crate) async fn compaction_keeps_what_holds(open: Open) {
         holding(&*store, None).await,
     ];
     assert_eq!(before, after);
-    let state = store
-        .network(NETWORK)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let state = found(store.network(NETWORK).await);
     assert_eq!((state.oldest, state.head), (6, 7));
-    let read = store
-        .changes(&changes(6))
-        .await
-        .expect("answers")
-        .expect("a network");
+    let read = found(store.changes(&changes(6)).await);
     assert_eq!(read.changes.len(), 1);
-    let too_old = store
-        .changes(&changes(5))
-        .await
-        .expect("answers")
-        .expect("a network");
+    let too_old = found(store.changes(&changes(5)).await);
     assert_eq!(
         too_old.changes,
         [],
         "what came after is not all there any more"
     );
-    let gone = store
-        .objects(&objects(Some(5)))
-        .await
-        .expect("answers")
-        .expect("a network");
+    let gone = found(store.objects(&objects(Some(5))).await);
     assert_eq!((gone.objects, gone.count), (vec![], 0));
     // Again, and backwards: nothing more happens.
     store.compact(&compaction).await.expect("compacts");
@@ -76,11 +62,7 @@ pub(crate) async fn a_patched_network_is_put_together(open: Open) {
     patch.operation = ChangeOperation::Patch;
     let patched = commit(&*store, write(NETWORK, vec![patch])).await;
     commit(&*store, write(NETWORK, vec![zone("a", "1")])).await;
-    let read = store
-        .network_parts(NETWORK, None)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let read = found(store.network_parts(NETWORK, None).await);
     let operations = |parts: &[skyway::wire::LoggedChange]| -> Vec<ChangeOperation> {
         parts.iter().map(|part| part.operation).collect()
     };
@@ -104,11 +86,7 @@ pub(crate) async fn a_patched_network_is_put_together(open: Open) {
         base: "\"whole\"".to_owned(),
     };
     store.compact(&compaction).await.expect("compacts");
-    let read = store
-        .network_parts(NETWORK, None)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let read = found(store.network_parts(NETWORK, None).await);
     assert_eq!(operations(&read.parts), [ChangeOperation::Put]);
     assert_eq!(read.parts[0].body.as_deref(), Some("\"whole\""));
     assert_eq!(read.parts[0].revision, patched.revision);
@@ -135,11 +113,7 @@ pub(crate) async fn answers_are_kept_and_forgotten(open: Open) {
     let kept = store.reply("test", "k").await.expect("answers");
     assert_eq!(kept, Some(("f".to_owned(), reply)));
     assert_eq!(store.reply("another", "k").await.expect("answers"), None);
-    let state = store
-        .network(NETWORK)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let state = found(store.network(NETWORK).await);
     assert_eq!(state.head, 2, "a repetition writes nothing");
     commit(
         &*store,
@@ -179,11 +153,7 @@ pub(crate) async fn a_new_epoch_cuts_off_those_who_follow(open: Open) {
     commit(&*store, write(NETWORK, vec![zone("a", "1")])).await;
     let identity = store.begin_epoch(4).await.expect("begins");
     assert_eq!(identity.epoch, 5);
-    let read = store
-        .changes(&changes(1))
-        .await
-        .expect("answers")
-        .expect("a network");
+    let read = found(store.changes(&changes(1)).await);
     assert_eq!((read.state.oldest, read.changes), (2, vec![]));
     let version = commit(&*store, write(NETWORK, vec![zone("b", "1")])).await;
     assert_eq!(
@@ -272,11 +242,7 @@ pub(crate) async fn writes_at_once_get_a_revision_each(open: Open) {
     revisions.dedup();
     assert_eq!(revisions.len(), WRITERS * WRITES);
     assert_eq!(winners, 1);
-    let state = store
-        .network(NETWORK)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let state = found(store.network(NETWORK).await);
     assert_eq!(state.head as usize, 1 + WRITERS * WRITES + 1);
     assert_eq!(state.zones as usize, WRITERS * WRITES + 1);
     store.close().await;

@@ -1,7 +1,7 @@
 //! Pages of the log: whole transactions in their order, whatever the bounds and whatever was written.
 
 use crate::contract::Open;
-use crate::drafts::{NETWORK, commit, creation, gone, write, zone};
+use crate::drafts::{NETWORK, commit, creation, found, gone, write, zone};
 use skyway::registry::store::{ChangesQuery, NewChange, Store};
 use std::collections::BTreeMap;
 
@@ -81,11 +81,7 @@ async fn read_through(
             changes: 1 + dice.below(12),
             bytes: 1 + dice.below(1_500),
         };
-        let read = store
-            .changes(&query)
-            .await
-            .expect("answers")
-            .expect("a network");
+        let read = found(store.changes(&query).await);
         let Some(last) = read.changes.last() else {
             assert_eq!(after, read.state.head, "seed {seed}: {query:?}");
             return;
@@ -119,11 +115,7 @@ async fn replay(store: &dyn Store, network: &str, seed: u64) {
         changes: 10_000,
         bytes: 1 << 30,
     };
-    let read = store
-        .changes(&query)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let read = found(store.changes(&query).await);
     let mut followed = BTreeMap::new();
     for change in read.changes {
         match change.body {
@@ -139,11 +131,7 @@ async fn replay(store: &dyn Store, network: &str, seed: u64) {
         limit: 1_000,
         bytes: 1 << 30,
     };
-    let read = store
-        .objects(&query)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let read = found(store.objects(&query).await);
     let held = read.objects.into_iter();
     let held: BTreeMap<String, String> = held
         .map(|object| (object.id, object.body.unwrap_or_default()))
@@ -166,11 +154,7 @@ pub(crate) async fn end_where_they_are_told_to(open: Open) {
             changes,
             bytes,
         };
-        let read = store
-            .changes(&query)
-            .await
-            .expect("answers")
-            .expect("a network");
+        let read = found(store.changes(&query).await);
         read.changes.last().map_or(after, |change| change.revision)
     };
     assert_eq!(ends(1, 1, 1 << 20).await, 2, "one whole revision at least");

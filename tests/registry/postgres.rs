@@ -3,7 +3,7 @@
 use crate::cluster::cluster;
 use crate::contract::{self, Case};
 use crate::documents;
-use crate::drafts::{NETWORK, commit, creation, write, zone};
+use crate::drafts::{NETWORK, commit, creation, found, write, zone};
 use skyway::registry::PostgresStore;
 use skyway::registry::store::Store;
 use std::sync::Arc;
@@ -62,11 +62,7 @@ async fn two_registries_share_a_database() {
     for write in writes {
         write.await.expect("written");
     }
-    let state = first
-        .network(NETWORK)
-        .await
-        .expect("answers")
-        .expect("a network");
+    let state = found(first.network(NETWORK).await);
     assert_eq!((state.head, state.zones), (41, 40));
     let told = tokio::time::timeout(WAIT_AT_MOST, async {
         let mut number = 0;
