@@ -2,6 +2,7 @@
 
 use crate::upstream::Upstream;
 use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
 use skyway_contract::{self as wire, AlarmKind, Fault};
 use skyway_engine::airspace::{Closure, Window, Zone};
 use skyway_engine::flight::FailureType;
@@ -121,7 +122,8 @@ pub(super) struct ProposalEntry {
 }
 
 /// A change made here that the registry has another version of, or will not take.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct Contested {
     pub(super) kind: wire::ObjectKind,
     pub(super) id: Arc<str>,
@@ -132,27 +134,35 @@ pub(super) struct Contested {
     /// Whether the registry will not take it, rather than having a newer version.
     pub(super) is_refused: bool,
     /// The version there that a removal that was refused would lift.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) removes: Option<Upstream>,
 }
 
 /// What waits for an operator: removals, or a change that is contested.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct PendingReview {
+    /// The key of its row.
+    #[serde(skip)]
     pub(super) number: u64,
     /// Where they come from.
     pub(super) origin: Arc<str>,
     pub(super) held_at: Timestamp,
     /// Ids of the closures they would lift.
     pub(super) lifts: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) contested: Option<Arc<Contested>>,
 }
 
 /// What is to be told to an operator.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct AlarmDraft {
     pub(super) kind: AlarmKind,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) plan: Option<Arc<str>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) drone: Option<Arc<str>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) recomposition: Option<Arc<str>>,
     /// Ids of the zones and closures that cause it.
     pub(super) causes: Vec<String>,
@@ -184,16 +194,22 @@ impl AlarmDraft {
 }
 
 /// An alarm.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct AlarmEntry {
+    /// The key of its row.
+    #[serde(skip)]
     pub(super) number: u64,
     /// What it says now.
+    #[serde(flatten)]
     pub(super) draft: AlarmDraft,
     pub(super) raised_at: Timestamp,
     pub(super) renewed_at: Timestamp,
     pub(super) count: u64,
     /// When, and by whom.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) acknowledged: Option<(Timestamp, Arc<str>)>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) ended_at: Option<Timestamp>,
 }
 

@@ -5,6 +5,7 @@
 
 use crate::plans::entry::PlanEntry;
 use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
 use skyway_contract::{AlarmKind, EndedAs, MessageKind};
 use skyway_service::refusal::{Code, Refusal};
 use std::sync::Arc;
@@ -27,7 +28,8 @@ pub(crate) const FIRST_VERSION: u32 = 1;
 pub(crate) type MailKey = (Arc<str>, u64);
 
 /// What a message says.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum Content {
     /// This version is to be flown.
     Version(u32),
@@ -38,13 +40,13 @@ pub(crate) enum Content {
     /// This version has its contingencies now.
     Contingencies(u32),
     /// There is no way: the least bad one as JSON, where there is any.
-    NoWay { unsafe_way: Option<Arc<str>> },
+    NoWay(Option<Arc<str>>),
     /// There is no other version after those that its drone has declined.
     Declined,
     /// The plan is over.
     Ended(EndedAs),
-    /// An operator was alarmed.
-    Alarm { kind: AlarmKind, text: Arc<str> },
+    /// An operator was alarmed: about what, and in which words.
+    Alarm(AlarmKind, Arc<str>),
     /// Nothing was heard of the drone for long.
     WhereAreYou,
     /// The plan is flown for a delivery of the registry: its first version.
@@ -59,9 +61,9 @@ impl Content {
             Self::Offer(_) => MessageKind::Offer,
             Self::Relieved => MessageKind::Relieved,
             Self::Contingencies(_) => MessageKind::Contingencies,
-            Self::NoWay { .. } | Self::Declined => MessageKind::NoWay,
+            Self::NoWay(_) | Self::Declined => MessageKind::NoWay,
             Self::Ended(_) => MessageKind::Ended,
-            Self::Alarm { .. } => MessageKind::Alarm,
+            Self::Alarm(..) => MessageKind::Alarm,
             Self::WhereAreYou => MessageKind::WhereAreYou,
             Self::Assigned => MessageKind::Assigned,
         }
@@ -79,13 +81,13 @@ impl Content {
                 Self::Version(_)
                 | Self::Offer(_)
                 | Self::Relieved
-                | Self::NoWay { .. }
+                | Self::NoWay(_)
                 | Self::Declined,
                 Self::Version(_) | Self::Offer(_) | Self::Relieved,
             ) => true,
             (Self::Contingencies(_), Self::Contingencies(_))
             | (Self::WhereAreYou, Self::WhereAreYou) => true,
-            (Self::Alarm { kind, .. }, Self::Alarm { kind: other, .. }) => kind == other,
+            (Self::Alarm(kind, _), Self::Alarm(other, _)) => kind == other,
             // What became of a plan is told once more where an operator knows better.
             (Self::Ended(_), _) => true,
             _ => false,
@@ -105,14 +107,17 @@ impl Content {
 }
 
 /// A message.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct MailEntry {
     pub(crate) drone: Arc<str>,
-    /// Of all messages of this edge; those of a drone rise.
+    /// Of all messages of this edge; those of a drone rise. The key of its row.
+    #[serde(skip)]
     pub(crate) number: u64,
-    pub(crate) at: Timestamp,
     pub(crate) plan: Arc<str>,
+    pub(crate) at: Timestamp,
     /// Ids of the closures that it is for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) causes: Vec<String>,
     pub(crate) content: Content,
 }

@@ -36,14 +36,14 @@ impl Snapshot {
             return None;
         }
         let (unsafe_way, ended_as, alarm, text) = match &entry.content {
-            Content::NoWay { unsafe_way } => {
+            Content::NoWay(unsafe_way) => {
                 let way = unsafe_way.as_deref();
                 let way = way.and_then(|way| serde_json::from_str(way).ok());
                 (way, None, None, Some(WITHOUT_WAY_TEXT.into()))
             }
             Content::Declined => (None, None, None, Some(DECLINED_TEXT.into())),
             Content::Ended(how) => (None, Some(*how), None, None),
-            Content::Alarm { kind, text } => (None, None, Some(*kind), Some(words::text(text))),
+            Content::Alarm(kind, text) => (None, None, Some(*kind), Some(words::text(text))),
             _ => (None, None, None, None),
         };
         Some(wire::DroneMessage {

@@ -3,6 +3,7 @@
 use super::stretches::Stretch;
 use crate::planner::{FlightOrder, Version};
 use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
 use skyway_contract as wire;
 use skyway_engine::network::NodeIx;
 use std::sync::Arc;
@@ -53,17 +54,25 @@ pub(crate) struct LandedOn {
     pub(crate) since: Timestamp,
 }
 
-/// The delivery at the registry that a plan is flown for, and how far it is.
-#[derive(Clone, Debug, PartialEq)]
+/// The delivery at the registry that a plan is flown for, and how far it is, in memory and in the plan's row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct FlownFor {
     /// The id of the delivery.
     pub(crate) delivery: Arc<str>,
     /// At how many stops it is to be served.
     pub(crate) stops: u32,
     /// At how many of them, in order, it has been.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub(crate) served: u32,
     /// The id of the node that its drone has landed on.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) landed_on: Option<Arc<str>>,
+}
+
+/// Whether a count is left out of a row.
+pub(crate) fn is_zero(number: &u32) -> bool {
+    *number == 0
 }
 
 /// A composition plan.

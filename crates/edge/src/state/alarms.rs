@@ -246,10 +246,8 @@ impl State {
     fn post_alarm(&mut self, entry: &AlarmEntry) {
         let plan = entry.draft.plan.as_deref();
         if let Some(plan) = plan.and_then(|plan| self.next.plans.get(plan)).cloned() {
-            let content = Content::Alarm {
-                kind: entry.draft.kind,
-                text: Arc::from(entry.draft.message.as_str()),
-            };
+            let text = Arc::from(entry.draft.message.as_str());
+            let content = Content::Alarm(entry.draft.kind, text);
             self.post(&plan, &entry.draft.causes, content);
         }
     }

@@ -371,7 +371,7 @@ impl State {
         self.tell_outcome(EventKind::PlanAffected, plan, outcome, &plan.affected_by);
         let way = detour.and_then(|detour| detour.unsafe_way(self.next.topology()));
         let unsafe_way = way.as_ref().map(|way| Arc::from(way.to_string()));
-        self.post(plan, &plan.affected_by, Content::NoWay { unsafe_way });
+        self.post(plan, &plan.affected_by, Content::NoWay(unsafe_way));
         if let Some(Value::Object(members)) = self.events.last_mut().map(|told| &mut told.data) {
             members.insert("unsafe_way".to_owned(), way.unwrap_or(Value::Null));
             members.insert("what_to_do".to_owned(), json!(WITHOUT_WAY_TEXT));

@@ -53,7 +53,7 @@ impl State {
                 // It flies the plan that it was assigned, and another version of it.
                 true if entry.content == Content::Assigned => !plan.has_version(FIRST_VERSION),
                 true => entry.content.is_order() && !entry.is_open_order(Some(plan)),
-                false => !matches!(entry.content, Content::Ended(_) | Content::Alarm { .. }),
+                false => !matches!(entry.content, Content::Ended(_) | Content::Alarm(..)),
             };
             self.drop_mail(&drone, |entry| entry.plan == plan.id && is_over(entry));
         }

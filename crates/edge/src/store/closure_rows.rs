@@ -1,14 +1,13 @@
-//! Rows of zones, closures, proposals, holds and the outbox.
+//! Rows of zones, closures and proposals.
 
-use super::codec::{Instant, Names, read, write};
+use super::codec::{Names, read, write};
 use super::file::StoreFault;
-use crate::entries::{
-    ClosureEntry, Contested, PendingReview, ProposalEntry, ProposedBy, ZoneEntry,
-};
-use crate::upstream::{OutboxEntry, RegistryCursor, Upstream};
+use crate::entries::{ClosureEntry, ProposalEntry, ProposedBy, ZoneEntry};
+use crate::upstream::Upstream;
+use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use skyway_contract::{Author, ChangeOperation, Fault, ObjectKind};
+use skyway_contract::{Author, Fault};
 use skyway_engine::airspace::{Cause, Closure, Hits, Window, Zone};
 use skyway_engine::flight::FailureType;
 use skyway_engine::network::Topology;
@@ -16,34 +15,23 @@ use skyway_formats::{ZoneId, zone_from_feature, zone_to_feature};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// The epoch and the revision of a version at the registry.
-type StoredUpstream = (u64, u64);
-
-fn upstream(stored: Option<StoredUpstream>) -> Option<Upstream> {
-    stored.map(|(epoch, revision)| Upstream { epoch, revision })
-}
-
-fn stored(upstream: Option<Upstream>) -> Option<StoredUpstream> {
-    upstream.map(|upstream| (upstream.epoch, upstream.revision))
-}
-
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredZone {
     zone: Value,
     version: u64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    upstream: Option<StoredUpstream>,
+    upstream: Option<Upstream>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    by: Option<Author>,
+    by: Option<Arc<Author>>,
 }
 
 pub(super) fn write_zone(entry: &ZoneEntry) -> String {
     write(&StoredZone {
         zone: zone_to_feature(&entry.zone),
         version: entry.version,
-        upstream: stored(entry.upstream),
-        by: entry.by.as_deref().cloned(),
+        upstream: entry.upstream,
+        by: entry.by.clone(),
     })
 }
 
@@ -58,8 +46,8 @@ pub(super) fn read_zone(
     let entry = ZoneEntry {
         zone: zone.clone(),
         version: stored.version,
-        upstream: upstream(stored.upstream),
-        by: stored.by.map(Arc::new),
+        upstream: stored.upstream,
+        by: stored.by,
     };
     Ok((entry, Closure::of_zone(topology, zone)))
 }
@@ -87,7 +75,7 @@ struct StoredClosure {
     id: String,
     cause: StoredCause,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    windows: Vec<(Option<Instant>, Option<Instant>)>,
+    windows: Vec<(Option<Timestamp>, Option<Timestamp>)>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     segments: Vec<String>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -109,12 +97,7 @@ impl StoredClosure {
             id: closure.id.clone(),
             cause,
             windows: windows
-                .map(|window| {
-                    (
-                        window.from().map(Into::into),
-                        window.until().map(Into::into),
-                    )
-                })
+                .map(|window| (window.from(), window.until()))
                 .collect(),
             segments: names.segments(&hits.segments),
             nodes: names.nodes(&hits.nodes),
@@ -131,11 +114,7 @@ impl StoredClosure {
             StoredCause::Report(report) => Cause::Report { report },
             StoredCause::Operator(reason) => Cause::Operator { reason },
         };
-        let windows = self.windows.iter().map(|(from, until)| {
-            let (from, until) = (
-                Instant::read_some(from.as_ref())?,
-                Instant::read_some(until.as_ref())?,
-            );
+        let windows = self.windows.iter().map(|&(from, until)| {
             Window::new(from, until).map_err(|error| StoreFault::damaged(error.to_string()))
         });
         Ok(Closure {
@@ -159,16 +138,16 @@ struct StoredEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     failure: Option<FailureType>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    reported_by: Option<String>,
+    reported_by: Option<Arc<str>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    by: Option<Author>,
+    by: Option<Arc<Author>>,
     confirmed: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    from: Option<Instant>,
+    from: Option<Timestamp>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    until: Option<Instant>,
+    until: Option<Timestamp>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    upstream: Option<StoredUpstream>,
+    upstream: Option<Upstream>,
 }
 
 pub(super) fn write_closure(topology: &Topology, entry: &ClosureEntry) -> String {
@@ -176,12 +155,12 @@ pub(super) fn write_closure(topology: &Topology, entry: &ClosureEntry) -> String
         closure: StoredClosure::of(Names(topology), &entry.closure),
         version: entry.version,
         failure: entry.failure,
-        reported_by: entry.reported_by.as_deref().map(str::to_owned),
-        by: entry.by.as_deref().cloned(),
+        reported_by: entry.reported_by.clone(),
+        by: entry.by.clone(),
         confirmed: entry.confirmed,
-        from: entry.from.map(Into::into),
-        until: entry.until.map(Into::into),
-        upstream: stored(entry.upstream),
+        from: entry.from,
+        until: entry.until,
+        upstream: entry.upstream,
     })
 }
 
@@ -195,31 +174,31 @@ pub(super) fn read_closure(
         closure: Arc::new(stored.closure.into_closure(Names(topology))?),
         version: stored.version,
         failure: stored.failure,
-        reported_by: stored.reported_by.map(Arc::from),
-        by: stored.by.map(Arc::new),
+        reported_by: stored.reported_by,
+        by: stored.by,
         confirmed: stored.confirmed,
-        from: Instant::read_some(stored.from.as_ref())?,
-        until: Instant::read_some(stored.until.as_ref())?,
-        upstream: upstream(stored.upstream),
+        from: stored.from,
+        until: stored.until,
+        upstream: stored.upstream,
     })
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredProposal {
-    reason: String,
-    proposed_at: Instant,
-    expires_at: Instant,
+    reason: Cow<'static, str>,
+    proposed_at: Timestamp,
+    expires_at: Timestamp,
     /// With the type of failure, where a report brought it; neither where a feed did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    recomposition_id: Option<String>,
-    drone_id: Option<String>,
+    recomposition_id: Option<Arc<str>>,
+    drone_id: Option<Arc<str>>,
     #[serde(default)]
-    subject: String,
+    subject: Arc<str>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     failure: Option<FailureType>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    faults: Vec<Fault>,
+    #[serde(default, skip_serializing_if = "<[Fault]>::is_empty")]
+    faults: Arc<[Fault]>,
     closure: StoredClosure,
 }
 
@@ -230,19 +209,18 @@ pub(super) fn write_proposal(topology: &Topology, entry: &ProposalEntry) -> Stri
             drone_id,
             failure,
         } => {
-            let drone_id = drone_id.as_deref().map(str::to_owned);
-            let recomposition_id = Some(recomposition_id.to_string());
-            (recomposition_id, drone_id, Some(*failure), Vec::new())
+            let id = Some(recomposition_id.clone());
+            (id, drone_id.clone(), Some(*failure), Arc::default())
         }
-        ProposedBy::Feed { faults } => (None, None, None, faults.to_vec()),
+        ProposedBy::Feed { faults } => (None, None, None, faults.clone()),
     };
     write(&StoredProposal {
-        reason: entry.reason.to_string(),
-        proposed_at: entry.proposed_at.into(),
-        expires_at: entry.expires_at.into(),
+        reason: entry.reason.clone(),
+        proposed_at: entry.proposed_at,
+        expires_at: entry.expires_at,
         recomposition_id,
         drone_id,
-        subject: entry.subject.to_string(),
+        subject: entry.subject.clone(),
         failure,
         faults,
         closure: StoredClosure::of(Names(topology), &entry.closure),
@@ -257,142 +235,21 @@ pub(super) fn read_proposal(
     let stored: StoredProposal = read("proposal", &number.to_string(), body)?;
     Ok(ProposalEntry {
         number,
-        reason: Cow::Owned(stored.reason),
-        proposed_at: stored.proposed_at.read()?,
-        expires_at: stored.expires_at.read()?,
+        reason: stored.reason,
+        proposed_at: stored.proposed_at,
+        expires_at: stored.expires_at,
         by: match (stored.recomposition_id, stored.failure) {
-            (Some(id), Some(failure)) => ProposedBy::Report {
-                recomposition_id: Arc::from(id),
-                drone_id: stored.drone_id.map(Arc::from),
+            (Some(recomposition_id), Some(failure)) => ProposedBy::Report {
+                recomposition_id,
+                drone_id: stored.drone_id,
                 failure,
             },
             _ => ProposedBy::Feed {
-                faults: Arc::from(stored.faults),
+                faults: stored.faults,
             },
         },
-        subject: Arc::from(stored.subject),
+        subject: stored.subject,
         bytes: body.len(),
         closure: Arc::new(stored.closure.into_closure(Names(topology))?),
-    })
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StoredHold {
-    origin: String,
-    held_at: Instant,
-    lifts: Vec<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    contested: Option<StoredContested>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StoredContested {
-    kind: ObjectKind,
-    id: String,
-    body: Option<String>,
-    aside: Option<String>,
-    is_refused: bool,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    removes: Option<StoredUpstream>,
-}
-
-pub(super) fn write_hold(entry: &PendingReview) -> String {
-    write(&StoredHold {
-        origin: entry.origin.to_string(),
-        held_at: entry.held_at.into(),
-        lifts: entry.lifts.clone(),
-        contested: entry.contested.as_deref().map(|contested| StoredContested {
-            kind: contested.kind,
-            id: contested.id.to_string(),
-            body: contested.body.as_deref().map(str::to_owned),
-            aside: contested.aside.as_deref().map(str::to_owned),
-            is_refused: contested.is_refused,
-            removes: stored(contested.removes),
-        }),
-    })
-}
-
-pub(super) fn read_hold(number: u64, body: &str) -> Result<PendingReview, StoreFault> {
-    let stored: StoredHold = read("hold", &number.to_string(), body)?;
-    Ok(PendingReview {
-        number,
-        origin: Arc::from(stored.origin),
-        held_at: stored.held_at.read()?,
-        lifts: stored.lifts,
-        contested: stored.contested.map(|stored| {
-            Arc::new(Contested {
-                kind: stored.kind,
-                id: Arc::from(stored.id),
-                body: stored.body.map(Arc::from),
-                aside: stored.aside.map(Arc::from),
-                is_refused: stored.is_refused,
-                removes: upstream(stored.removes),
-            })
-        }),
-    })
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StoredOutbox {
-    kind: ObjectKind,
-    id: String,
-    operation: ChangeOperation,
-    body: Option<String>,
-    expected: Option<StoredUpstream>,
-    made_at: Instant,
-    subject: String,
-}
-
-pub(super) fn write_outbox(entry: &OutboxEntry) -> String {
-    write(&StoredOutbox {
-        kind: entry.kind,
-        id: entry.id.to_string(),
-        operation: entry.operation,
-        body: entry.body.as_deref().map(str::to_owned),
-        expected: stored(entry.expected),
-        made_at: entry.made_at.into(),
-        subject: entry.subject.to_string(),
-    })
-}
-
-pub(super) fn read_outbox(number: u64, body: &str) -> Result<OutboxEntry, StoreFault> {
-    let stored: StoredOutbox = read("outbox entry", &number.to_string(), body)?;
-    Ok(OutboxEntry {
-        number,
-        kind: stored.kind,
-        id: Arc::from(stored.id),
-        operation: stored.operation,
-        body: stored.body.map(Arc::from),
-        expected: upstream(stored.expected),
-        made_at: stored.made_at.read()?,
-        subject: Arc::from(stored.subject),
-    })
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StoredCursor {
-    registry_id: String,
-    epoch: u64,
-    revision: u64,
-}
-
-pub(super) fn write_cursor(cursor: &RegistryCursor) -> String {
-    write(&StoredCursor {
-        registry_id: cursor.registry_id.to_string(),
-        epoch: cursor.epoch,
-        revision: cursor.revision,
-    })
-}
-
-pub(super) fn read_cursor(body: &str) -> Result<RegistryCursor, StoreFault> {
-    let stored: StoredCursor = read("fact", "registry", body)?;
-    Ok(RegistryCursor {
-        registry_id: Arc::from(stored.registry_id),
-        epoch: stored.epoch,
-        revision: stored.revision,
     })
 }

@@ -1,12 +1,11 @@
-//! How stored things are written: instants as text, names instead of places in a network.
+//! How stored things are written: names instead of places in a network.
 //!
 //! Places in a network change with its next version; the ids of its nodes and segments do not.
 
 use super::file::StoreFault;
-use jiff::Timestamp;
 use rustc_hash::FxHashMap;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 use skyway_engine::network::{NodeIx, SegmentIx, Topology};
 
 /// The JSON of something stored.
@@ -34,29 +33,6 @@ pub(super) fn number_key(number: u64) -> String {
 pub(super) fn number_of(what: &str, key: &str) -> Result<u64, StoreFault> {
     key.parse()
         .map_err(|_| StoreFault::damaged(format!("{what} has the key '{key}'")))
-}
-
-/// An instant as text.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(transparent)]
-pub(super) struct Instant(String);
-
-impl From<Timestamp> for Instant {
-    fn from(instant: Timestamp) -> Self {
-        Self(instant.to_string())
-    }
-}
-
-impl Instant {
-    pub(super) fn read(&self) -> Result<Timestamp, StoreFault> {
-        let text = &self.0;
-        text.parse()
-            .map_err(|_| StoreFault::damaged(format!("'{text}' is no instant")))
-    }
-
-    pub(super) fn read_some(instant: Option<&Self>) -> Result<Option<Timestamp>, StoreFault> {
-        instant.map(Self::read).transpose()
-    }
 }
 
 /// Nodes and segments of a network by their ids.

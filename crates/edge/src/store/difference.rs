@@ -1,14 +1,9 @@
 //! The rows that make of one stored snapshot another. Maps of snapshots share what did not change, so this
 //! costs what did.
 
-use super::alarm_rows::write_alarm;
-use super::closure_rows::{
-    write_closure, write_cursor, write_hold, write_outbox, write_proposal, write_zone,
-};
-use super::codec::{Instant, number_key, write};
+use super::closure_rows::{write_closure, write_proposal, write_zone};
+use super::codec::{number_key, write};
 use super::file::{Row, Table};
-use super::mail_rows::write_message;
-use super::news_rows::write_news;
 use super::opening::network_row;
 use super::plan_rows::write_plan;
 use crate::background::give_way;
@@ -50,40 +45,33 @@ pub(super) fn difference(before: &Snapshot, after: &Snapshot) -> Vec<Row> {
         number,
         |entry| write_proposal(topology, entry),
     );
-    changes.map(
-        Table::Holds,
-        &before.holds,
-        &after.holds,
-        number,
-        write_hold,
-    );
+    changes.map(Table::Holds, &before.holds, &after.holds, number, write);
     let alarms = (&before.alarms, &after.alarms);
-    changes.map(Table::Alarms, alarms.0, alarms.1, number, write_alarm);
+    changes.map(Table::Alarms, alarms.0, alarms.1, number, write);
     changes.map(Table::Plans, &before.plans, &after.plans, text, |plan| {
         write_plan(topology, plan)
     });
     let mail = (&before.mail, &after.mail);
     let key = |(_, number): &MailKey| number_key(*number);
-    changes.map(Table::Mail, mail.0, mail.1, key, write_message);
+    changes.map(Table::Mail, mail.0, mail.1, key, write);
     let outbox = (&before.outbox, &after.outbox);
-    changes.map(Table::Outbox, outbox.0, outbox.1, number, write_outbox);
+    changes.map(Table::Outbox, outbox.0, outbox.1, number, write);
     for (before, after) in before.news.parts().into_iter().zip(after.news.parts()) {
-        changes.map(Table::News, before, after, number, write_news);
+        changes.map(Table::News, before, after, number, write);
     }
     let mut rows = changes.rows;
     if is_anew {
         rows.push(network_row(&after.network, topology));
     }
     let registry = (&before.registry, &after.registry);
-    rows.extend(changed_fact(REGISTRY, registry, |it| write_cursor(it)));
+    rows.extend(changed_fact(REGISTRY, registry, write));
     let weather = (&before.weather, &after.weather);
     rows.extend(changed_fact(WEATHER, weather, |it| it.to_string()));
     let apart = (&before.clock_apart, &after.clock_apart);
     rows.extend(changed_fact(CLOCK_APART, apart, |it| write(&it.as_secs())));
     if !rows.is_empty() || before.unacknowledged != after.unacknowledged {
         // For which time all this is: when the edge starts again, what was due since happens first.
-        let as_of = Instant::from(after.airspace.as_of());
-        let counts = (after.unacknowledged, as_of);
+        let counts = (after.unacknowledged, after.airspace.as_of());
         rows.push(Row::put(Table::Facts, COUNTS, write(&counts)));
     }
     rows

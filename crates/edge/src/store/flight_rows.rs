@@ -1,9 +1,9 @@
 //! The flight of a plan's version in its row: numbers beside the legs that the row has anyway.
 
-use super::codec::{Dictionary, Instant, Names, Places};
+use super::codec::{Dictionary, Names, Places};
 use super::detour_rows::StoredEnd;
 use super::file::StoreFault;
-use crate::planner::{Assumed, FlightOrder, FlownVersion, LegEnds};
+use crate::planner::{Assumed, FlownVersion, LegEnds};
 use serde::{Deserialize, Serialize};
 use skyway_engine::compose::Leg;
 use skyway_engine::delivery::{FlightComposition, Hold, Proof};
@@ -14,64 +14,15 @@ use skyway_engine::itinerary::{
 use skyway_engine::network::Topology;
 use std::sync::Arc;
 
-/// What was asked for.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct StoredOrder {
-    airframe: String,
-    /// Absent in rows of before as well, where it is not known.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    airframe_named: bool,
-    objective: StoredObjective,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    deadline: Option<Instant>,
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum StoredObjective {
-    Distance,
-    Time,
-    Energy,
-}
-
-impl From<Objective> for StoredObjective {
-    fn from(objective: Objective) -> Self {
-        match objective {
-            Objective::Distance => Self::Distance,
-            Objective::Time => Self::Time,
-            Objective::Energy => Self::Energy,
-        }
-    }
-}
-
-impl From<StoredObjective> for Objective {
-    fn from(stored: StoredObjective) -> Self {
-        match stored {
-            StoredObjective::Distance => Self::Distance,
-            StoredObjective::Time => Self::Time,
-            StoredObjective::Energy => Self::Energy,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum StoredKind {
-    Start,
-    Charge,
-    Swap,
-}
-
 /// Seconds from the departure of the version.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StoredFlight {
-    airframe: String,
+    airframe: Arc<str>,
     battery_wh: f64,
     payload_kg: f64,
     confirmed: bool,
-    objective: StoredObjective,
+    objective: Objective,
     start: StoredStart,
     destination: u32,
     began_s: f64,
@@ -133,7 +84,7 @@ struct StoredFlownLeg {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredStop {
-    kind: StoredKind,
+    kind: StopKind,
     before_leg: usize,
     node: u32,
     pad: u16,
@@ -167,34 +118,7 @@ struct StoredProof {
     /// None where nothing bounds it.
     bound: [Option<f64>; 2],
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    reason: Option<StoredReason>,
-}
-
-#[derive(Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum StoredReason {
-    LabelLimit,
-    CheckLimit,
-    TimeLimit,
-    Parts,
-}
-
-pub(super) fn store_order(order: &FlightOrder) -> StoredOrder {
-    StoredOrder {
-        airframe: order.airframe.to_string(),
-        airframe_named: order.is_airframe_named,
-        objective: order.objective.into(),
-        deadline: order.deadline.map(Into::into),
-    }
-}
-
-pub(super) fn read_order(stored: &StoredOrder) -> Result<FlightOrder, StoreFault> {
-    Ok(FlightOrder {
-        airframe: Arc::from(stored.airframe.as_str()),
-        is_airframe_named: stored.airframe_named,
-        objective: stored.objective.into(),
-        deadline: Instant::read_some(stored.deadline.as_ref())?,
-    })
+    reason: Option<Unproved>,
 }
 
 pub(super) fn store_flight(
@@ -217,11 +141,11 @@ pub(super) fn store_flight(
         until_s: stay.until_s,
     });
     StoredFlight {
-        airframe: flown.airframe.to_string(),
+        airframe: flown.airframe.clone(),
         battery_wh: flown.battery_wh,
         payload_kg: flown.payload_kg,
         confirmed: flown.is_confirmed,
-        objective: composition.objective.into(),
+        objective: composition.objective,
         start: StoredStart {
             node: dictionary.place(start.node),
             at_s: start.at_s,
@@ -280,11 +204,7 @@ fn store_stops(composition: &FlightComposition, dictionary: &mut Dictionary) -> 
     let stops = composition.plan.stops.iter().zip(figures);
     stops
         .map(|(stop, figures)| StoredStop {
-            kind: match stop.kind {
-                StopKind::Start => StoredKind::Start,
-                StopKind::Charge => StoredKind::Charge,
-                StopKind::Swap => StoredKind::Swap,
-            },
+            kind: stop.kind,
             before_leg: stop.before_leg,
             node: dictionary.place(stop.node),
             pad: stop.pad,
@@ -303,12 +223,7 @@ fn store_proof(proof: &Proof) -> StoredProof {
         proved: proof.proved,
         value: [proof.value.weight, proof.value.arrives_s],
         bound: [finite(bound.weight), finite(bound.arrives_s)],
-        reason: proof.reason.map(|reason| match reason {
-            Unproved::Labels => StoredReason::LabelLimit,
-            Unproved::Checks => StoredReason::CheckLimit,
-            Unproved::Time => StoredReason::TimeLimit,
-            Unproved::Parts => StoredReason::Parts,
-        }),
+        reason: proof.reason,
     }
 }
 
@@ -346,14 +261,19 @@ pub(super) fn read_flight(
         if_closed: leg.if_closed.as_ref().map(StoredEnd::read),
         safe: leg.safe.as_ref().map(StoredEnd::read),
     });
+    let hold = read_stay(places, stored.hold.as_ref())?;
     Ok(FlownVersion {
-        airframe: Arc::from(stored.airframe.as_str()),
+        airframe: stored.airframe.clone(),
         battery_wh: stored.battery_wh,
         payload_kg: stored.payload_kg,
         ends: ends.collect(),
         reserve_used: stored.reserve_used,
-        hold: read_hold(places, stored.hold.as_ref())?,
-        alternate: read_refuge(places, stored.refuge.as_ref())?,
+        hold: hold.map(|stay| Hold {
+            node: stay.node,
+            pad: stay.pad,
+            until_s: stay.until_s,
+        }),
+        alternate: read_stay(places, stored.refuge.as_ref())?,
         is_confirmed: stored.confirmed,
         is_energy_checked: !stored.energy_unchecked,
         assumed: Assumed {
@@ -362,7 +282,7 @@ pub(super) fn read_flight(
         },
         composition: FlightComposition {
             destination: places.node(stored.destination)?,
-            objective: stored.objective.into(),
+            objective: stored.objective,
             began_s: stored.began_s,
             deadline_s: stored.deadline_s.unwrap_or(f64::INFINITY),
             reserve: stored.reserve,
@@ -376,22 +296,11 @@ pub(super) fn read_flight(
     })
 }
 
-fn read_hold(places: Places<'_>, stored: Option<&StoredStay>) -> Result<Option<Hold>, StoreFault> {
-    let hold = stored.map(|stay| {
-        Ok(Hold {
-            node: places.node(stay.node)?,
-            pad: stay.pad,
-            until_s: stay.until_s,
-        })
-    });
-    hold.transpose()
-}
-
-fn read_refuge(
+fn read_stay(
     places: Places<'_>,
     stored: Option<&StoredStay>,
 ) -> Result<Option<Reservation>, StoreFault> {
-    let refuge = stored.map(|stay| {
+    let stay = stored.map(|stay| {
         Ok(Reservation {
             node: places.node(stay.node)?,
             pad: stay.pad,
@@ -399,7 +308,7 @@ fn read_refuge(
             until_s: stay.until_s,
         })
     });
-    refuge.transpose()
+    stay.transpose()
 }
 
 fn flown_leg((leg, stored): (&Leg, &StoredFlownLeg)) -> FlownLeg {
@@ -417,11 +326,7 @@ fn flown_leg((leg, stored): (&Leg, &StoredFlownLeg)) -> FlownLeg {
 fn read_stops(places: Places<'_>, stored: &[StoredStop]) -> Result<Vec<Stop>, StoreFault> {
     let stops = stored.iter().map(|stop| {
         Ok(Stop {
-            kind: match stop.kind {
-                StoredKind::Start => StopKind::Start,
-                StoredKind::Charge => StopKind::Charge,
-                StoredKind::Swap => StopKind::Swap,
-            },
+            kind: stop.kind,
             before_leg: stop.before_leg,
             node: places.node(stop.node)?,
             pad: stop.pad,
@@ -474,12 +379,7 @@ fn read_proof(stored: &StoredProof) -> Proof {
             weight: least,
             arrives_s: earliest_s,
         },
-        reason: stored.reason.map(|reason| match reason {
-            StoredReason::LabelLimit => Unproved::Labels,
-            StoredReason::CheckLimit => Unproved::Checks,
-            StoredReason::TimeLimit => Unproved::Time,
-            StoredReason::Parts => Unproved::Parts,
-        }),
+        reason: stored.reason,
         step: Step::Walk,
         effort: Effort::default(),
     }

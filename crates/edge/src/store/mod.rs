@@ -7,7 +7,6 @@
 //! succeeds. Nothing is queued for that, so a disk that is mended needs no restart.
 
 mod ahead;
-mod alarm_rows;
 mod closure_rows;
 mod codec;
 mod decisions;
@@ -18,9 +17,7 @@ mod flight_rows;
 mod health;
 mod journal;
 mod keeper;
-mod mail_rows;
 mod memory;
-mod news_rows;
 mod opening;
 mod patience;
 mod plan_rows;

@@ -1,13 +1,12 @@
 //! Rows of plans, with their versions and contingencies as their drones were told them.
 
-use super::codec::{Dictionary, Instant, Names, Places, read, write};
+use super::codec::{Dictionary, Names, Places, read, write};
 use super::file::StoreFault;
-use super::flight_rows::{
-    StoredFlight, StoredOrder, read_flight, read_order, store_flight, store_order,
-};
+use super::flight_rows::{StoredFlight, read_flight, store_flight};
 use super::stretch_rows::{StoredStretch, read_stretch, store_stretch};
-use crate::planner::Version;
-use crate::plans::entry::{FlownFor, LandedOn, PRIORITY, PlanEntry, PlanFlags};
+use crate::planner::{FlightOrder, Version};
+use crate::plans::entry::{FlownFor, LandedOn, PRIORITY, PlanEntry, PlanFlags, is_zero};
+use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use skyway_contract::{EndedAs, Flag, PlanState};
 use skyway_engine::compose::{Alternate, Composition, Contingency, Leg};
@@ -16,6 +15,7 @@ use skyway_engine::network::Topology;
 use skyway_engine::recompose::Outcome;
 use skyway_engine::routing::Path;
 use std::borrow::Cow;
+use std::ops::Not;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -27,10 +27,10 @@ const NUMBERS_AHEAD: u32 = 1_000;
 struct StoredPlan {
     /// The nodes that it names; numbers below are places in this list.
     nodes: Vec<String>,
-    subject: String,
-    drone_id: Option<String>,
+    subject: Arc<str>,
+    drone_id: Option<Arc<str>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    flown_for: Option<StoredFlownFor>,
+    flown_for: Option<FlownFor>,
     source: u32,
     destination: u32,
     payload_kg: f64,
@@ -38,27 +38,27 @@ struct StoredPlan {
     #[serde(default = "usual_priority", skip_serializing_if = "is_usual")]
     priority: u8,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    order: Option<StoredOrder>,
+    order: Option<FlightOrder>,
     state: StoredState,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     ended_as: Option<EndedAs>,
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "Not::not")]
     affected: bool,
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "Not::not")]
     overdue: bool,
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "Not::not")]
     unacknowledged: bool,
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "Not::not")]
     silent: bool,
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "Not::not")]
     heard: bool,
-    #[serde(default, skip_serializing_if = "is_false")]
+    #[serde(default, skip_serializing_if = "Not::not")]
     holds: bool,
     /// The node, the pad and since when.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    landed_on: Option<(u32, u16, Instant)>,
+    landed_on: Option<(u32, u16, Timestamp)>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    expires_at: Option<Instant>,
+    expires_at: Option<Timestamp>,
     #[serde(default, skip_serializing_if = "is_zero")]
     declined: u32,
     #[serde(alias = "current")]
@@ -70,36 +70,6 @@ struct StoredPlan {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     affected_by: Vec<String>,
     next_version: u32,
-}
-
-/// The delivery at the registry that a plan is flown for.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct StoredFlownFor {
-    delivery: String,
-    stops: u32,
-    #[serde(default, skip_serializing_if = "is_zero")]
-    served: u32,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    landed_on: Option<String>,
-}
-
-fn store_flown_for(flown_for: &FlownFor) -> StoredFlownFor {
-    StoredFlownFor {
-        delivery: flown_for.delivery.to_string(),
-        stops: flown_for.stops,
-        served: flown_for.served,
-        landed_on: flown_for.landed_on.as_deref().map(str::to_owned),
-    }
-}
-
-fn read_flown_for(stored: StoredFlownFor) -> FlownFor {
-    FlownFor {
-        delivery: Arc::from(stored.delivery),
-        stops: stored.stops,
-        served: stored.served,
-        landed_on: stored.landed_on.map(Arc::from),
-    }
 }
 
 /// How a plan stands, in the words of today and of those who wrote stores before plans ended by being told to.
@@ -149,20 +119,12 @@ impl StoredState {
     }
 }
 
-fn is_false(flag: &bool) -> bool {
-    !flag
-}
-
 fn usual_priority() -> u8 {
     PRIORITY
 }
 
 fn is_usual(priority: &u8) -> bool {
     *priority == PRIORITY
-}
-
-fn is_zero(number: &u32) -> bool {
-    *number == 0
 }
 
 #[derive(Serialize, Deserialize)]
@@ -173,7 +135,7 @@ struct StoredVersion {
     #[serde(default)]
     epoch: u64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    sent_at: Option<Instant>,
+    sent_at: Option<Timestamp>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     outcome: Option<Outcome>,
     way: Vec<u32>,
@@ -185,18 +147,18 @@ struct StoredVersion {
     legs: Vec<StoredLeg>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     flight: Option<StoredFlight>,
-    departs_at: Instant,
+    departs_at: Timestamp,
     /// Nodes at which its delivery is served, and for how many seconds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     stops: Vec<(u32, f64)>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    recomposition_id: Option<String>,
+    recomposition_id: Option<Arc<str>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    acknowledge_by: Option<Instant>,
+    acknowledge_by: Option<Timestamp>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     flags: Vec<Flag>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    warnings: Vec<(String, String)>,
+    warnings: Vec<(Cow<'static, str>, String)>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -221,7 +183,7 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
     let destination = dictionary.place(plan.destination);
     let landed_on = plan.landed_on.map(|landed| {
         let node = dictionary.place(landed.node);
-        (node, landed.pad, landed.since.into())
+        (node, landed.pad, landed.since)
     });
     let mut stored = |version: &Arc<Version>| store_version(topology, version, &mut dictionary);
     let reported = stored(&plan.reported);
@@ -229,15 +191,15 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
     let sent = plan.sent.iter().map(&mut stored).collect();
     write(&StoredPlan {
         nodes: Names(topology).nodes(dictionary.nodes()),
-        subject: plan.subject.to_string(),
-        drone_id: plan.drone_id.as_deref().map(str::to_owned),
-        flown_for: plan.flown_for.as_ref().map(store_flown_for),
+        subject: plan.subject.clone(),
+        drone_id: plan.drone_id.clone(),
+        flown_for: plan.flown_for.clone(),
         source,
         destination,
         payload_kg: plan.payload_kg,
         airspeed_mps: plan.airspeed_mps,
         priority: plan.priority,
-        order: plan.order.as_ref().map(store_order),
+        order: plan.order.clone(),
         state: StoredState::of(plan.state),
         ended_as: plan.ended_as,
         affected: plan.flags.affected,
@@ -247,7 +209,7 @@ pub(super) fn write_plan(topology: &Topology, plan: &PlanEntry) -> String {
         heard: plan.flags.heard,
         holds: plan.holds,
         landed_on,
-        expires_at: plan.expires_at.map(Into::into),
+        expires_at: plan.expires_at,
         declined: plan.declined,
         reported,
         wanted,
@@ -268,7 +230,7 @@ fn store_version(
     StoredVersion {
         number: version.number,
         epoch: version.epoch,
-        sent_at: Some(version.sent_at.into()),
+        sent_at: Some(version.sent_at),
         outcome: version.outcome,
         way: dictionary.places(&composition.way.nodes),
         length_m: composition.length_m,
@@ -283,18 +245,14 @@ fn store_version(
             .flight
             .as_deref()
             .map(|flight| store_flight(topology, flight, dictionary)),
-        departs_at: version.departs_at.into(),
+        departs_at: version.departs_at,
         stops: stops
             .map(|stop| (dictionary.place(stop.node), stop.service_s))
             .collect(),
-        recomposition_id: version.recomposition_id.as_deref().map(str::to_owned),
-        acknowledge_by: version.acknowledge_by.map(Into::into),
+        recomposition_id: version.recomposition_id.clone(),
+        acknowledge_by: version.acknowledge_by,
         flags: version.flags.clone(),
-        warnings: version
-            .warnings
-            .iter()
-            .map(|(code, message)| (code.to_string(), message.clone()))
-            .collect(),
+        warnings: version.warnings.clone(),
     }
 }
 
@@ -326,15 +284,15 @@ pub(super) fn read_plan(
     let next = stored.next_version.saturating_add(NUMBERS_AHEAD);
     Ok(PlanEntry {
         id: Arc::from(key),
-        subject: Arc::from(stored.subject),
-        drone_id: stored.drone_id.map(Arc::from),
-        flown_for: stored.flown_for.map(read_flown_for),
+        subject: stored.subject,
+        drone_id: stored.drone_id,
+        flown_for: stored.flown_for,
         source: places.node(stored.source)?,
         destination: places.node(stored.destination)?,
         payload_kg: stored.payload_kg,
         airspeed_mps: stored.airspeed_mps,
         priority: stored.priority,
-        order: stored.order.as_ref().map(read_order).transpose()?,
+        order: stored.order,
         state,
         ended_as: stored.ended_as.or(ended_as),
         flags: PlanFlags {
@@ -349,14 +307,14 @@ pub(super) fn read_plan(
         sent: stored.sent.iter().map(read_one).collect::<Result<_, _>>()?,
         holds: stored.holds,
         landed_on: match &stored.landed_on {
-            Some((node, pad, since)) => Some(LandedOn {
-                node: places.node(*node)?,
-                pad: *pad,
-                since: since.read()?,
+            &Some((node, pad, since)) => Some(LandedOn {
+                node: places.node(node)?,
+                pad,
+                since,
             }),
             None => None,
         },
-        expires_at: Instant::read_some(stored.expires_at.as_ref())?,
+        expires_at: stored.expires_at,
         declined: stored.declined,
         affected_by: stored.affected_by,
         next_version: Arc::new(AtomicU32::new(next)),
@@ -426,10 +384,8 @@ fn read_version(
     way.nodes = nodes;
     let flight = stored.flight.as_ref();
     let flight = flight.map(|flight| read_flight(topology, places, &legs, flight));
-    let warnings = stored.warnings.iter().cloned();
     let stretch = stored.stretch.as_ref();
     let stretch = stretch.map(|it| read_stretch(topology, places, it));
-    let sent_at = stored.sent_at.as_ref().unwrap_or(&stored.departs_at);
     let flight = flight.transpose()?.map(Arc::new);
     let stops = stored.stops.iter().map(|&(node, service_s)| {
         let node = places.node(node)?;
@@ -438,7 +394,7 @@ fn read_version(
     Ok(Version {
         number: stored.number,
         epoch: stored.epoch,
-        sent_at: sent_at.read()?,
+        sent_at: stored.sent_at.unwrap_or(stored.departs_at),
         outcome: stored.outcome,
         composition: Composition {
             way,
@@ -449,13 +405,11 @@ fn read_version(
         flight,
         stretch: stretch.transpose()?,
         first_stretch_m: stored.first_stretch_m,
-        departs_at: stored.departs_at.read()?,
+        departs_at: stored.departs_at,
         stops: stops.collect::<Result<_, _>>()?,
-        recomposition_id: stored.recomposition_id.as_deref().map(Arc::from),
-        acknowledge_by: Instant::read_some(stored.acknowledge_by.as_ref())?,
+        recomposition_id: stored.recomposition_id.clone(),
+        acknowledge_by: stored.acknowledge_by,
         flags: stored.flags.clone(),
-        warnings: warnings
-            .map(|(code, message)| (Cow::Owned(code), message))
-            .collect(),
+        warnings: stored.warnings.clone(),
     })
 }

@@ -1,6 +1,6 @@
 //! Rows of answers to requests that may be sent again.
 
-use super::codec::{Instant, number_key, read, write};
+use super::codec::{number_key, read, write};
 use super::file::{Row, StoreFault, Table};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
@@ -46,7 +46,7 @@ pub(crate) enum Reply {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredReply {
-    at: Instant,
+    at: Timestamp,
     reply: Reply,
 }
 
@@ -62,7 +62,7 @@ pub(super) fn reply_row(reply: &Reply, at: Timestamp) -> Row {
         digest.update(field);
     }
     let stored = StoredReply {
-        at: at.into(),
+        at,
         reply: reply.clone(),
     };
     let at_ms = at.as_millisecond().max(0).unsigned_abs();
@@ -77,5 +77,5 @@ pub(super) fn reply_row(reply: &Reply, at: Timestamp) -> Row {
 /// A reply, and when it was given.
 pub(super) fn read_reply(key: &str, body: &str) -> Result<(Timestamp, Reply), StoreFault> {
     let stored: StoredReply = read("reply", key, body)?;
-    Ok((stored.at.read()?, stored.reply))
+    Ok((stored.at, stored.reply))
 }

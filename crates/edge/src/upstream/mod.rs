@@ -5,12 +5,14 @@ pub(crate) mod news;
 pub(crate) mod published;
 
 use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
 use skyway_contract::{ChangeOperation, ObjectKind};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// How far an edge has followed a registry: moved only together with what it stands for.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RegistryCursor {
     /// Which registry.
     pub registry_id: Arc<str>,
@@ -20,8 +22,9 @@ pub struct RegistryCursor {
     pub revision: u64,
 }
 
-/// The version that an object has at the registry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// The version that an object has at the registry; a pair in rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(from = "(u64, u64)", into = "(u64, u64)")]
 pub struct Upstream {
     /// The epoch of the revision.
     pub epoch: u64,
@@ -29,10 +32,24 @@ pub struct Upstream {
     pub revision: u64,
 }
 
+impl From<(u64, u64)> for Upstream {
+    fn from((epoch, revision): (u64, u64)) -> Self {
+        Self { epoch, revision }
+    }
+}
+
+impl From<Upstream> for (u64, u64) {
+    fn from(Upstream { epoch, revision }: Upstream) -> Self {
+        (epoch, revision)
+    }
+}
+
 /// A change made here that the registry has to learn of.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct OutboxEntry {
-    /// Counts them; never given twice by one edge.
+    /// Counts them; never given twice by one edge. The key of its row.
+    #[serde(skip)]
     pub number: u64,
     /// What it is about.
     pub kind: ObjectKind,

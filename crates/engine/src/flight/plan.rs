@@ -2,6 +2,7 @@
 
 use super::first_stretch::{FirstStretch, Reentry};
 use crate::network::{NodeIx, SegmentIx};
+use serde::{Deserialize, Serialize};
 
 /// Where a plan may begin.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +55,8 @@ pub struct FlownLeg {
 }
 
 /// What a drone does on a pad.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum StopKind {
     /// It stands there when the plan begins: it charges and waits without having landed.
     Start,

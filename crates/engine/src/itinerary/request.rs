@@ -8,9 +8,11 @@ use crate::flight::{
     Vertical,
 };
 use crate::network::{NodeIx, SegmentIx, Topology};
+use serde::{Deserialize, Serialize};
 
 /// What a plan makes least. Ties go to the earliest arrival.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Objective {
     /// Metres flown.
     Distance,
@@ -176,13 +178,17 @@ impl Value {
 }
 
 /// Why an answer is not proved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Unproved {
     /// The bound on labels was reached.
+    #[serde(rename = "label_limit")]
     Labels,
     /// The bound on comparisons was reached.
+    #[serde(rename = "check_limit")]
     Checks,
     /// [`Limits::is_over`] said so.
+    #[serde(rename = "time_limit")]
     Time,
     /// The plan stops on its way and was composed part by part; nobody has shown that no joint plan is better.
     Parts,

@@ -2,6 +2,7 @@
 
 use super::assumed::Assumed;
 use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
 use skyway_engine::flight::Airframe;
 use skyway_engine::itinerary::Objective;
 use std::sync::Arc;
@@ -29,16 +30,23 @@ impl DroneKind {
     }
 }
 
-/// What was asked for of a plan's flight.
-#[derive(Clone, Debug, PartialEq)]
+/// What was asked for of a plan's flight, in memory and in the plan's row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct FlightOrder {
     /// The airframe's name.
     pub(crate) airframe: Arc<str>,
-    /// Whether the client named it.
+    /// Whether the client named it. Absent in rows of before as well, where it is not known.
+    #[serde(
+        rename = "airframe_named",
+        default,
+        skip_serializing_if = "std::ops::Not::not"
+    )]
     pub(crate) is_airframe_named: bool,
     /// What is made least.
     pub(crate) objective: Objective,
     /// The latest landing, where one was stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) deadline: Option<Timestamp>,
 }
 
