@@ -1,11 +1,11 @@
 //! The wall clock steps against time that only goes forward: nothing opens by it until an operator confirms.
 
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle};
 use crate::store_file::Medium;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::clock::Clock;
-use skyway::edge::MemoryDisk;
 use skyway::wire::{EventKind, Freshness, PlanFlag};
 use std::time::Duration;
 use tokio_stream::StreamExt;

@@ -1,10 +1,11 @@
 //! Plans that are flown for deliveries of the registry: what it is told of them, and what their drones are.
 
 use crate::flying::{instant, on_with, settings, street};
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle, node, segment};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
-use skyway::edge::{Caller, Code, MemoryDisk, Role, Settings, ZoneWrite};
+use skyway::edge::{Caller, Code, Role, Settings, ZoneWrite};
 use skyway::network::NetworkDraft;
 use skyway::wire::{self, EndedAs, FlightNews, MessageKind, NewsEntry, PlanState};
 use std::cell::Cell;

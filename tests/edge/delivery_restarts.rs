@@ -2,10 +2,10 @@
 
 use crate::deliveries::{Pilot, flights, following};
 use crate::flying::instant;
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle, ladder};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::MemoryDisk;
 
 /// From home at `a0` to the pickup at `a7`, to the drop at `b7`, and home.
 fn around() -> Value {

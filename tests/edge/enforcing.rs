@@ -1,13 +1,13 @@
 //! What closes is in force before any plan is looked at; plans are then replanned in their order, a few at a time.
 
 use crate::flying;
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle, names};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::clock::ManualClock;
 use skyway::edge::{
-    Caller, Edge, EventRecord, FeedImport, MemoryDisk, PageRequest, PlanFilter, Settings,
-    WriterStep, ZoneWrite,
+    Caller, Edge, EventRecord, FeedImport, PageRequest, PlanFilter, Settings, WriterStep, ZoneWrite,
 };
 use skyway::formats::parse_report;
 #[cfg(feature = "planted")]

@@ -1,11 +1,10 @@
 //! A disk that is full, hangs, or says that it failed: airspace stays closed, and no caller is told what is not so.
 
+use crate::memory_disk::{Breakage, MemoryDisk};
 use crate::stage::{Stage, circle};
 use crate::store_file::Medium;
 use serde_json::json;
-use skyway::edge::{
-    Breakage, Code, Decision, Idempotency, MemoryDisk, PageRequest, Refusal, Table, ZoneWrite,
-};
+use skyway::edge::{Code, Decision, Idempotency, PageRequest, Refusal, Table, ZoneWrite};
 use std::time::Duration;
 
 async fn put(stage: &Stage, id: &str, x: f64) -> Result<bool, Refusal> {

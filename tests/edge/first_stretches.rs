@@ -1,10 +1,10 @@
 //! A drone on the first stretch of a version is on a leg of its plan like any other.
 
 use crate::flying;
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle, names};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::MemoryDisk;
 use skyway::wire::{self, PlanFlag, StretchKind};
 
 /// Version 2 leads a drone that met an obstacle ahead of 350, 0 back to a3 and around by the upper row.

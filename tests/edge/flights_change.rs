@@ -1,12 +1,13 @@
 //! Plans that are flown while the world changes: zones, closed pads, another network, a restart, something that opens early.
 
 use crate::flying::{at, corridor, instant, on, settings, stops, street, windowed};
+use crate::memory_disk::MemoryDisk;
 use crate::offers::block;
 use crate::stage::{DAWN, Stage, circle, loaded, names, node, segment, without};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::clock::Clock;
-use skyway::edge::{Idempotency, MemoryDisk, Settings, Table, ZoneWrite};
+use skyway::edge::{Idempotency, Settings, Table, ZoneWrite};
 use skyway::network::NetworkDraft;
 use skyway::wire::{self, PlanFlag};
 

@@ -1,10 +1,11 @@
 //! What was answered, after a restart.
 
+use crate::memory_disk::{Breakage, MemoryDisk};
 use crate::stage::{Stage, circle};
 use crate::store_file::Medium;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{Breakage, Code, Idempotency, MemoryDisk, Settings, Table, ZoneWrite};
+use skyway::edge::{Code, Idempotency, Settings, Table, ZoneWrite};
 use std::time::Duration;
 
 fn report(id: &str, from: &str, to: &str) -> Value {

@@ -1,13 +1,12 @@
 //! What drones are told by themselves, on streams and sessions of the edge.
 
 use crate::flying::{on, street};
+use crate::memory_disk::{Breakage, MemoryDisk};
 use crate::stage::{Stage, WAIT_AT_MOST, circle};
 use crate::store_file::Medium;
 use jiff::SignedDuration;
 use serde_json::json;
-use skyway::edge::{
-    Breakage, Caller, Code, Mail, MailStream, MemoryDisk, Role, Session, ZoneWrite,
-};
+use skyway::edge::{Caller, Code, Mail, MailStream, Role, Session, ZoneWrite};
 use skyway::wire::{self, DroneMessage, MessageKind};
 use std::task::{Context, Poll, Waker};
 use tokio_stream::{Stream, StreamExt};

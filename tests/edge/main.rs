@@ -25,6 +25,7 @@ mod imports;
 mod journal;
 mod ladder;
 mod mailboxes;
+mod memory_disk;
 mod network_in_flight;
 mod no_way;
 mod offers;

@@ -1,10 +1,11 @@
 //! A new network under drones in flight.
 
 use crate::mailboxes::messages;
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, names, without};
 use jiff::SignedDuration;
 use serde_json::json;
-use skyway::edge::{AlarmFilter, MemoryDisk, PageRequest};
+use skyway::edge::{AlarmFilter, PageRequest};
 use skyway::wire::{AlarmKind, EndedAs};
 
 #[tokio::test]

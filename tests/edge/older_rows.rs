@@ -1,9 +1,10 @@
 //! A file in which an older version wrote the ids of nodes as integers.
 
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{DAWN, EPOCH};
 use serde_json::{Value, json};
 use skyway::clock::Clock;
-use skyway::edge::{Caller, Edge, MemoryDisk, Opening, Row, Settings, Table, Transaction};
+use skyway::edge::{Caller, Edge, Opening, Row, Settings, Table, Transaction};
 use skyway::formats::{load_network, parse_report};
 use skyway::network::bundled::SYDNEY_CBD;
 use std::sync::Arc;

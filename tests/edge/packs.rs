@@ -1,10 +1,11 @@
 //! Packs of plans: what they say of legs that are covered, pending, void or beyond them, and whose they are.
 
 use crate::flying::{corridor, on, settings, street};
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle, names};
 use serde_json::json;
 use skyway::config::PackKeys;
-use skyway::edge::{Caller, Code, MemoryDisk, Role, WriterStep};
+use skyway::edge::{Caller, Code, Role, WriterStep};
 use skyway::pack::write::SigningKey;
 use skyway::pack::{Advice, Pack, State, Unknown, bytes_max};
 use skyway::wire;

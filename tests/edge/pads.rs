@@ -1,10 +1,11 @@
 //! Pads of drones that have landed: theirs until they are known to have left.
 
 use crate::flying::{on, settings, street};
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, node, segment, without};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
-use skyway::edge::{Code, MemoryDisk};
+use skyway::edge::Code;
 use skyway::network::SegmentDraft;
 use skyway::wire::{self, EndedAs, PlanState};
 

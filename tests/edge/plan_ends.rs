@@ -1,9 +1,10 @@
 //! How plans end: by what is said of them, never by their planned times.
 
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{Code, Idempotency, MemoryDisk, PageRequest, PlanFilter};
+use skyway::edge::{Code, Idempotency, PageRequest, PlanFilter};
 use skyway::wire::{self, EndedAs, EventKind, PlanFlag, PlanState};
 use tokio_stream::StreamExt;
 

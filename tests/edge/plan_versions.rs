@@ -1,9 +1,10 @@
 //! Versions of plans: what their drones say of them is true, and nothing that was sent is freed by a deadline.
 
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, WAIT_AT_MOST, circle, names, node, segment};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{Caller, Code, MemoryDisk, Role, Settings, WriterStep};
+use skyway::edge::{Caller, Code, Role, Settings, WriterStep};
 use skyway::formats::parse_report;
 use skyway::wire::{self, PlanFlag, PlanState};
 use std::pin::pin;

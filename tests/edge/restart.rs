@@ -1,13 +1,14 @@
 //! An edge that ends, or is ended, and starts again.
 
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{EPOCH, Stage, circle, names, network};
 use crate::store_file::Medium;
 use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::clock::Clock;
 use skyway::edge::{
-    AlarmFilter, Caller, Code, Decision, Edge, FeedImport, Idempotency, MemoryDisk, OpenError,
-    Opening, PageRequest, PlanFilter, Settings, StoreFault, StoreFile, ZoneWrite,
+    AlarmFilter, Caller, Code, Decision, Edge, FeedImport, Idempotency, OpenError, Opening,
+    PageRequest, PlanFilter, Settings, StoreFault, StoreFile, ZoneWrite,
 };
 use skyway::formats::load_network;
 use skyway::wire::{EndedAs, PlanFlag, PlanState};

@@ -1,10 +1,11 @@
 //! Deliveries that stop on their way, from the request to the end: what the drone has yet to do is never lost.
 
 use crate::flying::{at, instant, on, settings, street, windowed};
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle, names, node, segment};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{MemoryDisk, Settings, ZoneWrite};
+use skyway::edge::{Settings, ZoneWrite};
 use skyway::network::NetworkDraft;
 use skyway::wire::{self, EndedAs, PlanState};
 

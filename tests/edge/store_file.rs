@@ -1,8 +1,7 @@
 //! What every file of an edge has to do, whatever is behind it.
 
-use skyway::edge::{
-    Breakage, MemoryDisk, Row, SqliteFile, StoreFault, StoreFile, Table, Transaction,
-};
+use crate::memory_disk::{Breakage, MemoryDisk};
+use skyway::edge::{Row, SqliteFile, StoreFault, StoreFile, Table, Transaction};
 use std::path::PathBuf;
 use tempfile::TempDir;
 

@@ -1,7 +1,8 @@
 //! The disk of an edge: one in memory that keeps what was committed through a crash, and takes its time for a commit.
 
+use crate::memory_disk::MemoryDisk;
 use crate::rounds::Chance;
-use skyway::edge::{MemoryDisk, Pending, StoreFile, Table, Transaction};
+use skyway::edge::{Pending, StoreFile, Table, Transaction};
 use std::pin::Pin;
 use std::time::Duration;
 

@@ -24,6 +24,9 @@ mod history;
 mod judge;
 mod kept;
 mod line;
+#[expect(dead_code, reason = "no disk hangs by itself here")]
+#[path = "../edge/memory_disk.rs"]
+mod memory_disk;
 mod memory_store;
 mod outpost;
 mod places;

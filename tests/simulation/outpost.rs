@@ -5,13 +5,12 @@ use crate::disk::SlowFile;
 use crate::history::edges::Sight;
 use crate::history::{Holding, Version};
 use crate::line::{Line, Taken};
+use crate::memory_disk::{Breakage, MemoryDisk};
 use crate::places::{NETWORK, lattice, tag_of, tag_of_text};
 use crate::world::{Who, World};
 use skyway::clock::Clock;
 use skyway::edge::sync::{Following, SyncSettings, SyncStatus};
-use skyway::edge::{
-    Breakage, Caller, Decision, Edge, MemoryDisk, Opening, PageRequest, Settings, StoreFile,
-};
+use skyway::edge::{Caller, Decision, Edge, Opening, PageRequest, Settings, StoreFile};
 use skyway::formats::load_network;
 use skyway::wire::ObjectKind;
 use std::collections::{BTreeMap, BTreeSet};

@@ -11,6 +11,9 @@ mod ladder;
 mod late_log;
 mod line;
 mod loopback;
+#[expect(dead_code, reason = "no disk hangs by itself here")]
+#[path = "../edge/memory_disk.rs"]
+mod memory_disk;
 mod networks;
 mod news;
 mod renewed;

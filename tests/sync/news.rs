@@ -1,8 +1,9 @@
 //! What the registry is told of deliveries, failures and drones: in order, once, and also after a time without it.
 
+use crate::memory_disk::MemoryDisk;
 use crate::stage::{Central, Outpost, ladder, manner};
 use serde_json::json;
-use skyway::edge::{Idempotency, MemoryDisk, Settings};
+use skyway::edge::{Idempotency, Settings};
 use skyway::formats::{load_network, write_network};
 use skyway::network::{Coordinates, NetworkDraft};
 use skyway::wire::{self, EndedAs, PlanState};

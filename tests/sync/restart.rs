@@ -1,8 +1,9 @@
 //! An edge that follows, dies, and starts again from its disk while the registry is away.
 
+use crate::memory_disk::{Breakage, MemoryDisk};
 use crate::stage::{Central, NETWORK, Outpost, circle, manner};
 use serde_json::json;
-use skyway::edge::{Breakage, Decision, MemoryDisk, Settings, Table, ZoneWrite};
+use skyway::edge::{Decision, Settings, Table, ZoneWrite};
 use skyway::wire::Freshness;
 use std::cell::Cell;
 use std::time::Duration;

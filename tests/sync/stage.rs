@@ -2,13 +2,13 @@
 
 pub(crate) use crate::ladder::ladder;
 use crate::line::Line;
+use crate::memory_disk::MemoryDisk;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::clock::{Clock, ManualClock};
 use skyway::edge::sync::{Following, RegistryClient, SyncSettings};
 use skyway::edge::{
-    self, Caller, Decision, Edge, EventStream, Idempotency, MemoryDisk, PageRequest, Settings,
-    ZoneWrite,
+    self, Caller, Decision, Edge, EventStream, Idempotency, PageRequest, Settings, ZoneWrite,
 };
 use skyway::formats::{load_network, write_network};
 use skyway::network::Topology;

@@ -54,8 +54,8 @@ pub use skyway_service::refusal::{Code, Refusal};
 pub use snapshot::Snapshot;
 pub use status::Status;
 pub use store::{
-    Breakage, MemoryDisk, Pending, Row, SqliteFile, StoreFault, StoreFile, StoreStatus,
-    StoredDecision, Table, Transaction, read_decision, read_network,
+    Pending, Row, SqliteFile, StoreFault, StoreFile, StoreStatus, StoredDecision, Table,
+    Transaction, read_decision, read_network,
 };
 pub use upstream::{OutboxEntry, RegistryCursor, Upstream};
 pub use writer::WriterStep;

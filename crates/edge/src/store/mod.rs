@@ -17,7 +17,6 @@ mod flight_rows;
 mod health;
 mod journal;
 mod keeper;
-mod memory;
 mod opening;
 mod patience;
 mod plan_rows;
@@ -34,7 +33,6 @@ pub(super) use health::Health;
 pub use health::StoreStatus;
 pub(super) use journal::Entry;
 pub(super) use keeper::{Keeper, Store, Waiting};
-pub use memory::{Breakage, MemoryDisk};
 pub(super) use opening::{
     Identity, airframe_row, check_clock, network_row, open_identity, stored_network,
 };

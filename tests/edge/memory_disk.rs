@@ -1,7 +1,7 @@
 //! A disk in memory, for tests and simulations: it has what was committed, breaks when it is told to, and
 //! forgets all else in a crash.
 
-use super::file::{Pending, StoreFault, StoreFile, Table, Transaction};
+use skyway::edge::{Pending, StoreFault, StoreFile, Table, Transaction};
 use std::collections::BTreeMap;
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -9,7 +9,7 @@ use tokio::sync::watch;
 
 /// How a disk is broken.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Breakage {
+pub(crate) enum Breakage {
     /// It is not.
     #[default]
     None,
@@ -36,7 +36,7 @@ struct Disk {
 
 /// A disk with one file. Copies of it are the same disk.
 #[derive(Clone, Debug)]
-pub struct MemoryDisk {
+pub(crate) struct MemoryDisk {
     disk: Arc<Mutex<Disk>>,
     mended: watch::Sender<u64>,
 }
@@ -52,7 +52,7 @@ impl Default for MemoryDisk {
 
 impl MemoryDisk {
     /// Opens the file.
-    pub fn open(&self) -> Box<dyn StoreFile> {
+    pub(crate) fn open(&self) -> Box<dyn StoreFile> {
         Box::new(MemoryFile {
             disk: self.clone(),
             crashes: self.lock().crashes,
@@ -60,7 +60,7 @@ impl MemoryDisk {
     }
 
     /// Breaks the disk, or mends it.
-    pub fn set(&self, breakage: Breakage) {
+    pub(crate) fn set(&self, breakage: Breakage) {
         {
             let mut disk = self.lock();
             disk.breakage = breakage;
@@ -70,13 +70,13 @@ impl MemoryDisk {
     }
 
     /// Lets the disk hang once it has done this many more commits.
-    pub fn hang_after(&self, commits: u64) {
+    pub(crate) fn hang_after(&self, commits: u64) {
         let mut disk = self.lock();
         disk.hangs_after = Some(disk.commits + commits);
     }
 
     /// Ends the process that has the file open: nothing that it writes from now on reaches the disk, which works again.
-    pub fn crash(&self) {
+    pub(crate) fn crash(&self) {
         {
             let mut disk = self.lock();
             disk.crashes += 1;
@@ -86,13 +86,8 @@ impl MemoryDisk {
         self.mended.send_modify(|times| *times += 1);
     }
 
-    /// How many transactions were committed.
-    pub fn commits(&self) -> u64 {
-        self.lock().commits
-    }
-
     /// What the disk has of a table.
-    pub fn rows(&self, table: Table) -> Vec<(String, String)> {
+    pub(crate) fn rows(&self, table: Table) -> Vec<(String, String)> {
         let disk = self.lock();
         let rows = disk.rows.iter().filter(|((of, _), _)| *of == table);
         rows.map(|((_, key), body)| (key.clone(), body.clone()))
