@@ -141,6 +141,13 @@ impl PartialEq for PlanEntry {
 }
 
 impl PlanEntry {
+    /// The same but for a change.
+    pub(crate) fn with(&self, change: impl FnOnce(&mut Self)) -> Self {
+        let mut changed = self.clone();
+        change(&mut changed);
+        changed
+    }
+
     /// Whether it is still flown, or about to be.
     pub(crate) fn is_active(&self) -> bool {
         self.state != wire::PlanState::Ended

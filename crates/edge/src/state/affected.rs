@@ -5,7 +5,7 @@ use super::alarms::AFTER_RELIEF;
 use super::timers::Due;
 use crate::drones::progress::{self, Progress};
 use crate::planner::{Concern, Occasion, Sent, Version};
-use crate::plans::entry::{PlanEntry, PlanFlags};
+use crate::plans::entry::PlanEntry;
 use crate::plans::fleet::{self, Detour, DetourMeans};
 use crate::replanning::Causes;
 use jiff::{SignedDuration, Timestamp};
@@ -322,21 +322,16 @@ impl State {
     fn stay_on_way(&mut self, plan: &Arc<PlanEntry>) -> Arc<PlanEntry> {
         let withdrawn = self.withdraw_wanted(plan);
         self.end_plan_alarms(&plan.id, &AFTER_RELIEF);
-        self.keep_plan(PlanEntry {
-            state: match plan.state {
-                // Of one that is silent nothing is heard all the same.
-                PlanState::Contingent if !plan.flags.silent => PlanState::Activated,
-                state => state,
-            },
-            flags: PlanFlags {
-                affected: false,
-                unacknowledged: false,
-                ..plan.flags
-            },
-            affected_by: Vec::new(),
-            declined: 0,
-            ..(*withdrawn).clone()
-        })
+        self.keep_plan(withdrawn.with(|plan| {
+            // Of one that is silent nothing is heard all the same.
+            if plan.state == PlanState::Contingent && !plan.flags.silent {
+                plan.state = PlanState::Activated;
+            }
+            plan.flags.affected = false;
+            plan.flags.unacknowledged = false;
+            plan.affected_by.clear();
+            plan.declined = 0;
+        }))
     }
 }
 

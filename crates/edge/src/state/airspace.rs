@@ -3,7 +3,6 @@
 use super::timers::Due;
 use super::{State, check_expected};
 use crate::entries::{ClosureEntry, ProposalEntry, ProposedBy, Reported, windows};
-use crate::events::Happening;
 use crate::snapshot::Snapshot;
 use crate::views;
 use crate::words::weather_etag;
@@ -69,10 +68,7 @@ impl State {
     pub(super) fn drop_zone(&mut self, id: &str) {
         self.next.zones.remove(id);
         self.changes.push(Change::Lift(id.to_owned()));
-        self.events.push(Happening::new(
-            EventKind::ZoneDeleted,
-            json!({"zone_id": id}),
-        ));
+        self.happen(EventKind::ZoneDeleted, json!({"zone_id": id}));
     }
 
     pub(super) fn put_weather(
@@ -92,8 +88,7 @@ impl State {
             return;
         }
         let weather: Value = serde_json::from_str(&text).unwrap_or_default();
-        self.events
-            .push(Happening::new(EventKind::WeatherPut, weather));
+        self.happen(EventKind::WeatherPut, weather);
         self.next.weather = Some(text);
         self.weather_turned = true;
     }
@@ -152,8 +147,7 @@ impl State {
         let before = self.next.closures.insert(id, entry.clone());
         self.count_reported(before.as_deref(), Some(&entry));
         let data = json!({"closure": views::closure(&self.next, &entry, self.now)});
-        self.events
-            .push(Happening::new(EventKind::ClosurePut, data));
+        self.happen(EventKind::ClosurePut, data);
         entry
     }
 
@@ -238,8 +232,7 @@ impl State {
         self.count_reported(Some(entry), None);
         self.changes.push(Change::Lift(id.clone()));
         let data = json!({"closure_id": id, "why": why});
-        self.events
-            .push(Happening::new(EventKind::ClosureEnded, data));
+        self.happen(EventKind::ClosureEnded, data);
     }
 
     /// A closure's life is over, unless it was renewed since.
@@ -297,8 +290,7 @@ impl State {
             .proposals
             .insert(proposal.number, proposal.clone());
         let data = json!({"proposal": views::proposal(&self.next, &proposal)});
-        self.events
-            .push(Happening::new(EventKind::ProposalMade, data));
+        self.happen(EventKind::ProposalMade, data);
         self.bound_proposals(&proposal.subject);
         Done::Proposal(proposal)
     }
@@ -334,8 +326,7 @@ impl State {
     pub(super) fn drop_proposal(&mut self, number: u64, decision: &str) {
         self.next.proposals.remove(&number);
         let data = json!({"proposal_id": views::proposal_id(self.next.lineage, number), "decision": decision});
-        self.events
-            .push(Happening::new(EventKind::ProposalDecided, data));
+        self.happen(EventKind::ProposalDecided, data);
     }
 
     pub(super) fn expire_proposal(&mut self, number: u64, now: Timestamp) {

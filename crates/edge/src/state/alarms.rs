@@ -2,7 +2,6 @@
 
 use super::State;
 use crate::entries::{AlarmDraft, AlarmEntry};
-use crate::events::Happening;
 use crate::line::mailbox::Content;
 use crate::planner::Version;
 use crate::plans::entry::PlanEntry;
@@ -237,7 +236,7 @@ impl State {
         }
         if let Some(kind) = told {
             let data = json!({"alarm": alarm_view(self.next.lineage, &entry)});
-            self.events.push(Happening::new(kind, data));
+            self.happen(kind, data);
         }
         entry
     }

@@ -1,7 +1,6 @@
 //! What the drones of plans are to be told is shown to the checker before it becomes a version.
 
 use super::State;
-use crate::events::Happening;
 use crate::failures::guard::{alarms_of, case_data};
 use crate::plans::fleet::Detour;
 use crate::plans::ways::PlanWays;
@@ -43,8 +42,7 @@ impl State {
         let subjects = (None, Some(&*plan.id), plan.drone_id.as_deref());
         let topology = self.next.topology().clone();
         let data = case_data(&topology, case, subjects.clone());
-        self.events
-            .push(Happening::new(EventKind::CheckerCase, data));
+        self.happen(EventKind::CheckerCase, data);
         for alarm in alarms_of(&topology, case, subjects, becomes_degraded) {
             self.raise_alarm(alarm, now);
         }

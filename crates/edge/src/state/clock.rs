@@ -6,7 +6,6 @@
 
 use super::State;
 use super::timers::HeardClock;
-use crate::events::Happening;
 use crate::writer::commands::Done;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::json;
@@ -55,8 +54,7 @@ impl State {
                 "the wall clock has stepped; nothing opens by it until an operator confirms it"
             );
             let data = json!({"apart_s": seconds(apart)});
-            self.events
-                .push(Happening::new(EventKind::ClockStepped, data));
+            self.happen(EventKind::ClockStepped, data);
         }
         if reading.apart.is_none() {
             let why = match self.clock.confirmations == reading.confirmations {
@@ -64,8 +62,7 @@ impl State {
                 false => "confirmed",
             };
             let data = json!({"apart_s": known.map(seconds), "why": why});
-            self.events
-                .push(Happening::new(EventKind::ClockSettled, data));
+            self.happen(EventKind::ClockSettled, data);
         }
         self.clock = HeardClock {
             apart: reading.apart,

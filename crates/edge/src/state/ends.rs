@@ -97,10 +97,7 @@ impl State {
         if plan.state == PlanState::Accepted {
             self.leave_pad_of(plan);
             self.listen_from(plan, plan.reported.departs_at);
-            self.keep_plan(PlanEntry {
-                state: PlanState::Activated,
-                ..(**plan).clone()
-            });
+            self.keep_plan(plan.with(|plan| plan.state = PlanState::Activated));
         }
     }
 
@@ -149,10 +146,7 @@ impl State {
             self.leave_pad_of(&plan);
             self.listen_for(&plan);
         }
-        let plan = self.keep_plan(PlanEntry {
-            state,
-            ..(*plan).clone()
-        });
+        let plan = self.keep_plan(plan.with(|plan| plan.state = state));
         match seen {
             Seen::Deviates => self.tell(EventKind::PlanNonconforming, &plan),
             Seen::Conforms => self.tell(EventKind::PlanConforming, &plan),
@@ -170,10 +164,7 @@ impl State {
             PlanState::Accepted => PlanState::Accepted,
             _ => PlanState::Contingent,
         };
-        self.keep_plan(PlanEntry {
-            state,
-            ..(*plan).clone()
-        })
+        self.keep_plan(plan.with(|plan| plan.state = state))
     }
 
     /// The arrival of a plan is over: nothing of it is freed, but somebody should look.
@@ -196,13 +187,7 @@ impl State {
         if plan.flags.overdue {
             return;
         }
-        let plan = self.keep_plan(PlanEntry {
-            flags: PlanFlags {
-                overdue: true,
-                ..plan.flags
-            },
-            ..(*plan).clone()
-        });
+        let plan = self.keep_plan(plan.with(|plan| plan.flags.overdue = true));
         self.hold_pads(&plan);
         self.tell(EventKind::PlanOverdue, &plan);
         self.alarm_at_full_pads(&plan);

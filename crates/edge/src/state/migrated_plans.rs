@@ -4,7 +4,6 @@
 use super::State;
 use super::alarms::AT_THE_END;
 use crate::drones::progress;
-use crate::events::Happening;
 use crate::line::mailbox::Content;
 use crate::planner::{Displaced, Version};
 use crate::plans::entry::PlanEntry;
@@ -260,7 +259,7 @@ impl State {
         };
         self.tell_last_of_flight(&ended);
         let data = json!({"plan": views::plan_summary(before, &ended), "why": why});
-        self.events.push(Happening::new(EventKind::PlanEnded, data));
+        self.happen(EventKind::PlanEnded, data);
         self.post(&ended, &[], Content::Ended(wire::EndedAs::Cancelled));
         self.end_plan_alarms(&plan.id, &AT_THE_END);
         if plan.drone_id.is_some() && self.may_have_departed(plan) {

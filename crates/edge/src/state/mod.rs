@@ -44,7 +44,8 @@ use crate::upstream::news::Flights;
 use crate::upstream::{Ended, Told};
 use crate::writer::commands::{Command, Done, Outcome, Reply};
 use jiff::Timestamp;
-use skyway_contract::{AlarmKind, Author};
+use serde_json::Value;
+use skyway_contract::{AlarmKind, Author, EventKind};
 use skyway_engine::airspace::{Airspace, Change, Closure};
 use skyway_engine::network::SegmentIx;
 use skyway_service::intake::Expected;
@@ -325,6 +326,11 @@ impl State {
         done
     }
 
+    /// Something has happened, which is told with this batch.
+    fn happen(&mut self, kind: EventKind, data: Value) {
+        self.events.push(Happening::new(kind, data));
+    }
+
     /// The number of the next write.
     pub(crate) fn write_number(&mut self) -> u64 {
         self.writes += 1;
@@ -391,8 +397,7 @@ impl State {
         if !began.is_empty() || !ended.is_empty() {
             self.fired += (began.len() + ended.len()) as u64;
             let data = serde_json::json!({"began": began, "ended": ended});
-            let kind = skyway_contract::EventKind::WindowsTurned;
-            self.events.push(Happening::new(kind, data));
+            self.happen(EventKind::WindowsTurned, data);
         }
     }
 

@@ -6,7 +6,6 @@
 
 use super::State;
 use crate::entries::{ClosureEntry, ZoneEntry};
-use crate::events::Happening;
 use crate::upstream::published::{closure_body, zone_body};
 use crate::upstream::{OutboxEntry, Upstream, is_after};
 use serde_json::json;
@@ -204,8 +203,7 @@ impl State {
             "kind": entry.kind, "id": &*entry.id, "operation": entry.operation,
             "code": code, "detail": detail,
         });
-        self.events
-            .push(Happening::new(EventKind::ForwardRefused, data));
+        self.happen(EventKind::ForwardRefused, data);
         self.hold_refused(&entry);
         // What it was to replace is there as before.
         self.expect_next(entry.kind, &entry.id, entry.expected);

@@ -7,7 +7,6 @@ use super::State;
 use super::affected::{Affected, Found};
 use crate::background::give_way;
 use crate::drones::progress::{self, Progress};
-use crate::events::Happening;
 use crate::planner::Concern;
 use crate::plans::entry::PlanEntry;
 use crate::plans::fleet::Detour;
@@ -118,13 +117,7 @@ impl State {
 
     /// A plan that is new, or whose drone flies something else now, was made on an earlier state, perhaps.
     fn look_at_touched(&mut self, id: &str, airspace: &Arc<Airspace>, now: Timestamp) {
-        let plan = self.next.plans.get(id).cloned();
-        let Some(plan) = plan.filter(|plan| plan.is_active()) else {
-            return;
-        };
-        let topology = airspace.topology();
-        let progress = progress::progress_or_wait(topology, &plan, &self.drones, now);
-        let Some(progress) = progress else {
+        let Some((plan, progress)) = self.ahead_of(id, airspace, now) else {
             return;
         };
         let has_no_answer = plan.flags.affected && plan.wanted.is_none();
@@ -132,6 +125,19 @@ impl State {
             self.queue_plan(&plan, progress.leg, Some(&progress), Causes::default(), now);
             self.show_pending(&plan.id, &Causes::default());
         }
+    }
+
+    /// An active plan, and how far its drone is. One that waits has nothing ahead of it but what it is to fly from there.
+    fn ahead_of(
+        &self,
+        id: &str,
+        airspace: &Airspace,
+        now: Timestamp,
+    ) -> Option<(Arc<PlanEntry>, Progress)> {
+        let plan = self.next.plans.get(id).filter(|plan| plan.is_active())?;
+        let topology = airspace.topology();
+        let progress = progress::progress_or_wait(topology, plan, &self.drones, now)?;
+        Some((plan.clone(), progress))
     }
 
     /// A plan that takes something of what has closed: whether that is ahead of its drone, and so whether it is affected.
@@ -142,14 +148,7 @@ impl State {
         airspace: &Arc<Airspace>,
         now: Timestamp,
     ) {
-        let plan = self.next.plans.get(id).cloned();
-        let Some(plan) = plan.filter(|plan| plan.is_active()) else {
-            return;
-        };
-        // One that waits has nothing ahead of it but what it is to fly from there.
-        let topology = airspace.topology();
-        let progress = progress::progress_or_wait(topology, &plan, &self.drones, now);
-        let Some(progress) = progress else {
+        let Some((plan, progress)) = self.ahead_of(id, airspace, now) else {
             return;
         };
         let mut nearest: Option<usize> = None;
@@ -443,7 +442,7 @@ impl State {
                     "plan_count": plan_count,
                     "outcomes": outcomes,
                 });
-                self.events.push(Happening::new(EventKind::Replanned, data));
+                self.happen(EventKind::Replanned, data);
             }
         }
     }

@@ -9,7 +9,6 @@ use super::import::feed_of;
 use super::outbox::Forward;
 use super::sync::namesake;
 use crate::entries::{ClosureEntry, Contested, PendingReview};
-use crate::events::Happening;
 use crate::upstream::OutboxEntry;
 use crate::upstream::published::{
     Published, Restriction, closure_body, read_thing, says_the_same, zone_body,
@@ -65,7 +64,7 @@ impl State {
         let hold = Arc::new(hold);
         self.next.holds.insert(hold.number, hold.clone());
         let data = json!({"hold": views::hold(&self.next, &hold)});
-        self.events.push(Happening::new(EventKind::HoldMade, data));
+        self.happen(EventKind::HoldMade, data);
     }
 
     /// What was to be removed is put anew: no hold may lift it any more.
@@ -313,8 +312,7 @@ impl State {
         self.next.holds.remove(&number);
         let id = views::hold_id(self.next.lineage, number);
         let data = json!({"hold_id": id, "decision": decision});
-        self.events
-            .push(Happening::new(EventKind::HoldDecided, data));
+        self.happen(EventKind::HoldDecided, data);
     }
 
     /// What is not to be removed after all is put at the registry anew.

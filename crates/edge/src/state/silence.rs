@@ -3,7 +3,7 @@
 use super::State;
 use super::timers::Due;
 use crate::line::mailbox::Content;
-use crate::plans::entry::{PlanEntry, PlanFlags};
+use crate::plans::entry::PlanEntry;
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{AlarmKind, EventKind, PlanState};
 use std::sync::Arc;
@@ -58,15 +58,11 @@ impl State {
             self.listen_for(&plan);
             return;
         };
-        let plan = self.keep_plan(PlanEntry {
-            state: PlanState::Contingent,
-            flags: PlanFlags {
-                silent: true,
-                heard: true,
-                ..plan.flags
-            },
-            ..(*plan).clone()
-        });
+        let plan = self.keep_plan(plan.with(|plan| {
+            plan.state = PlanState::Contingent;
+            plan.flags.silent = true;
+            plan.flags.heard = true;
+        }));
         self.tell(EventKind::PlanContingent, &plan);
         self.post(&plan, &[], Content::WhereAreYou);
         let message = format!(
@@ -81,13 +77,7 @@ impl State {
         if plan.flags.heard {
             return plan;
         }
-        self.keep_plan(PlanEntry {
-            flags: PlanFlags {
-                heard: true,
-                ..plan.flags
-            },
-            ..(*plan).clone()
-        })
+        self.keep_plan(plan.with(|plan| plan.flags.heard = true))
     }
 
     /// A drone that was silent is heard of again.
@@ -98,17 +88,13 @@ impl State {
         let has_no_way = plan.flags.affected
             && plan.wanted.is_none()
             && !self.next.pending.contains_key(&plan.id);
-        let plan = self.keep_plan(PlanEntry {
-            state: match has_no_way {
+        let plan = self.keep_plan(plan.with(|plan| {
+            plan.state = match has_no_way {
                 true => PlanState::Contingent,
                 false => PlanState::Activated,
-            },
-            flags: PlanFlags {
-                silent: false,
-                ..plan.flags
-            },
-            ..(**plan).clone()
-        });
+            };
+            plan.flags.silent = false;
+        }));
         self.attend_again(&plan);
         self.tell(EventKind::PlanConforming, &plan);
         plan

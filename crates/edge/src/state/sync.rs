@@ -4,7 +4,6 @@
 use super::State;
 use crate::background::give_way;
 use crate::entries::{ClosureEntry, ZoneEntry};
-use crate::events::Happening;
 use crate::sync::followed::{Extent, RegistryDelta, Superseded, Tombstone};
 use crate::upstream::published::{Published, Restriction, says_the_same};
 use crate::upstream::{OutboxEntry, RegistryCursor, Upstream, is_after};
@@ -110,8 +109,7 @@ impl State {
             "put_count": tally.put.len(), "put": told(&tally.put),
             "gone_count": tally.gone.len(), "gone": told(&tally.gone),
         });
-        self.events
-            .push(Happening::new(EventKind::RegistryEpoch, data));
+        self.happen(EventKind::RegistryEpoch, data);
     }
 
     /// Finds a change of ours that has come back and was superseded since.
@@ -288,7 +286,7 @@ impl State {
         let id = Arc::from(closure.id.as_str());
         self.next.zones.insert(id, entry);
         self.changes.push(Change::Put(closure.clone()));
-        self.events.push(Happening::new(EventKind::ZonePut, data));
+        self.happen(EventKind::ZonePut, data);
     }
 
     /// Lifts something here, without telling the registry.

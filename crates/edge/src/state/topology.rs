@@ -6,7 +6,6 @@
 
 use super::State;
 use crate::entries::{ClosureEntry, ProposalEntry, Reported, ZoneEntry};
-use crate::events::Happening;
 use crate::network::replacement::{NewNetwork, Relay, Succession, not_laid};
 use crate::snapshot::revision_text;
 use crate::writer::commands::{Command, Done, Publication};
@@ -76,8 +75,7 @@ impl State {
             "segments": topology.segment_count(),
             "sha256": topology.fingerprint_text(),
         });
-        self.events
-            .push(Happening::new(EventKind::NetworkChanged, data));
+        self.happen(EventKind::NetworkChanged, data);
     }
 
     /// Zones, closures and proposals as they are on the new network.

@@ -8,7 +8,7 @@ use super::alarms::AFTER_RELIEF;
 use super::ends::only_quoted;
 use crate::drones::progress;
 use crate::planner::Version;
-use crate::plans::entry::{PlanEntry, PlanFlags};
+use crate::plans::entry::PlanEntry;
 use crate::plans::fleet::{self, Detour};
 use crate::writer::commands::{DeclineReason, Done};
 use jiff::Timestamp;
@@ -116,13 +116,7 @@ impl State {
         if !plan.flags.unacknowledged || plan.wanted.is_some() {
             return plan.clone();
         }
-        self.keep_plan(PlanEntry {
-            flags: PlanFlags {
-                unacknowledged: false,
-                ..plan.flags
-            },
-            ..(**plan).clone()
-        })
+        self.keep_plan(plan.with(|plan| plan.flags.unacknowledged = false))
     }
 
     /// A drone flies something else than it was to: what it is to fly is worked out from where it is.
@@ -168,22 +162,15 @@ impl State {
         if plan.is_as_planned() && plan.may_go_on() {
             // It was offered, and need not be taken: what its drone does not fly takes nothing.
             self.vacate(&plan.id, &declined);
-            let plan = self.keep_plan(PlanEntry {
-                wanted: None,
-                ..(*plan).clone()
-            });
+            let plan = self.keep_plan(plan.with(|plan| plan.wanted = None));
             self.tell(EventKind::PlanDeclined, &plan);
             return Ok(Done::Plan(plan));
         }
         let count = plan.declined + 1;
-        let kept = PlanEntry {
-            declined: count,
-            flags: PlanFlags {
-                unacknowledged: false,
-                ..plan.flags
-            },
-            ..(*plan).clone()
-        };
+        let kept = plan.with(|plan| {
+            plan.declined = count;
+            plan.flags.unacknowledged = false;
+        });
         let answer = match count <= DECLINES_ANSWERED {
             true => self.instead_of(&Arc::new(kept.clone()), &declined, reason),
             false => None,
@@ -286,13 +273,7 @@ impl State {
             return;
         }
         self.next.unacknowledged += 1;
-        let plan = self.keep_plan(PlanEntry {
-            flags: PlanFlags {
-                unacknowledged: true,
-                ..plan.flags
-            },
-            ..(*plan).clone()
-        });
+        let plan = self.keep_plan(plan.with(|plan| plan.flags.unacknowledged = true));
         self.tell(EventKind::PlanUnacknowledged, &plan);
         let message = format!(
             "version {version} of plan '{}' was not acknowledged in time: call its drone",
