@@ -218,9 +218,7 @@ impl State {
         let upstream = standing.and_then(|entry| entry.upstream);
         let version = self.write_number();
         self.place_zone(closure, version, upstream);
-        if let Some(entry) = self.next.zones.get(closure.id.as_str()).cloned() {
-            self.forward_zone(&entry);
-        }
+        self.introduce(ObjectKind::Zone, &closure.id);
     }
 
     /// Lifts a zone here and at the registry; what is gone already needs no lifting.

@@ -12,42 +12,26 @@ use serde_json::json;
 use skyway_contract::{Author, ChangeOperation, EventKind, ObjectKind};
 use std::sync::Arc;
 
-/// A change that is to be told to the registry.
-pub(super) struct Forward {
-    pub(super) kind: ObjectKind,
-    pub(super) id: Arc<str>,
-    /// The text of what is put; none where it is lifted.
-    pub(super) body: Option<Arc<str>>,
-    /// The version of it at the registry, where it is known there.
-    pub(super) upstream: Option<Upstream>,
-    /// Who changed it.
-    pub(super) subject: Arc<str>,
-}
+/// A change that is to be told to the registry: the text of what is put, and none where it is lifted.
+type Forward = (ObjectKind, Arc<str>, Option<Arc<str>>);
 
 impl State {
     /// Notes that a zone is to be told.
     pub(super) fn forward_zone(&mut self, entry: &ZoneEntry) {
         if self.settings.follows_registry {
-            self.forward(Forward {
-                kind: ObjectKind::Zone,
-                id: Arc::from(entry.zone.id()),
-                body: Some(zone_body(&entry.zone)),
-                upstream: entry.upstream,
-                subject: self.on_behalf_of(),
-            });
+            let (id, body) = (Arc::from(entry.zone.id()), zone_body(&entry.zone));
+            let change = (ObjectKind::Zone, id, Some(body));
+            self.forward(change, entry.upstream, self.on_behalf_of());
         }
     }
 
     /// Notes that a closure is to be told.
     pub(super) fn forward_closure(&mut self, entry: &ClosureEntry) {
         if self.settings.follows_registry {
-            self.forward(Forward {
-                kind: ObjectKind::Closure,
-                id: Arc::from(entry.closure.id.as_str()),
-                body: Some(closure_body(self.next.topology(), entry)),
-                upstream: entry.upstream,
-                subject: self.on_behalf_of(),
-            });
+            let body = closure_body(self.next.topology(), entry);
+            let id = Arc::from(entry.closure.id.as_str());
+            let change = (ObjectKind::Closure, id, Some(body));
+            self.forward(change, entry.upstream, self.on_behalf_of());
         }
     }
 
@@ -60,13 +44,8 @@ impl State {
     ) {
         let is_known = upstream.is_some() || !self.waiting_for(kind, id).is_empty();
         if self.settings.follows_registry && is_known {
-            self.forward(Forward {
-                kind,
-                id: Arc::from(id),
-                body: None,
-                upstream,
-                subject: self.on_behalf_of(),
-            });
+            let change = (kind, Arc::from(id), None);
+            self.forward(change, upstream, self.on_behalf_of());
         }
     }
 
@@ -78,11 +57,16 @@ impl State {
         }
     }
 
-    /// Puts a change into the outbox.
-    pub(super) fn forward(&mut self, forward: Forward) {
-        let waiting = self.waiting_for(forward.kind, &forward.id);
+    /// Puts a change into the outbox: with the version at the registry, where it is known there, and with who made it.
+    pub(super) fn forward(
+        &mut self,
+        (kind, id, body): Forward,
+        upstream: Option<Upstream>,
+        subject: Arc<str>,
+    ) {
+        let waiting = self.waiting_for(kind, &id);
         let expected = match waiting.as_slice() {
-            [] => forward.upstream,
+            [] => upstream,
             // Known once the one before it is through.
             [_only] => None,
             [_first, .., last] => {
@@ -91,19 +75,19 @@ impl State {
             }
         };
         let number = self.write_number();
-        let operation = match forward.body {
+        let operation = match body {
             Some(_) => ChangeOperation::Put,
             None => ChangeOperation::Delete,
         };
         let entry = OutboxEntry {
             number,
-            kind: forward.kind,
-            id: forward.id,
+            kind,
+            id,
             operation,
-            body: forward.body,
+            body,
             expected,
             made_at: self.now,
-            subject: forward.subject,
+            subject,
         };
         self.next.outbox.insert(number, Arc::new(entry));
     }

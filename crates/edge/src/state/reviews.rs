@@ -6,7 +6,6 @@
 
 use super::State;
 use super::import::feed_of;
-use super::outbox::Forward;
 use super::sync::namesake;
 use crate::entries::{ClosureEntry, Contested, PendingReview};
 use crate::upstream::OutboxEntry;
@@ -50,18 +49,17 @@ impl State {
             self.next.holds.insert(number, Arc::new(joined));
             return;
         }
-        let number = self.write_number();
-        self.add_review(PendingReview {
-            number,
+        self.add_review(origin, lifts, None);
+    }
+
+    fn add_review(&mut self, origin: &str, lifts: Vec<String>, contested: Option<Contested>) {
+        let hold = Arc::new(PendingReview {
+            number: self.write_number(),
             origin: Arc::from(origin),
             held_at: self.now,
             lifts,
-            contested: None,
+            contested: contested.map(Arc::new),
         });
-    }
-
-    fn add_review(&mut self, hold: PendingReview) {
-        let hold = Arc::new(hold);
         self.next.holds.insert(hold.number, hold.clone());
         let data = json!({"hold": views::hold(&self.next, &hold)});
         self.happen(EventKind::HoldMade, data);
@@ -137,13 +135,8 @@ impl State {
             // Stricter than theirs: it goes there in its place.
             self.set_upstream(kind, &id, Some(theirs.upstream));
             if !says_the_same(&ours, &theirs.body) {
-                self.forward(Forward {
-                    kind,
-                    id,
-                    body: Some(ours),
-                    upstream: Some(theirs.upstream),
-                    subject: Arc::from("operator"),
-                });
+                let change = (kind, id, Some(ours));
+                self.forward(change, Some(theirs.upstream), Arc::from("operator"));
             }
             return;
         }
@@ -228,42 +221,29 @@ impl State {
         body: Option<Arc<str>>,
         aside: Option<Arc<str>>,
     ) {
-        let number = self.write_number();
-        self.add_review(PendingReview {
-            number,
-            origin: Arc::from("registry"),
-            held_at: self.now,
-            lifts: Vec::new(),
-            contested: Some(Arc::new(Contested {
-                kind,
-                id: Arc::from(id),
-                body,
-                aside,
-                is_refused: false,
-                removes: None,
-            })),
-        });
+        let contested = Contested {
+            kind,
+            id: Arc::from(id),
+            body,
+            aside,
+            is_refused: false,
+            removes: None,
+        };
+        self.add_review("registry", Vec::new(), Some(contested));
     }
 
     /// Holds a change that the registry will not take: to release tries again, to reject leaves it to this edge.
     pub(super) fn hold_refused(&mut self, entry: &OutboxEntry) {
-        let number = self.write_number();
-        self.add_review(PendingReview {
-            number,
-            origin: Arc::from("registry"),
-            held_at: self.now,
-            lifts: Vec::new(),
-            contested: Some(Arc::new(Contested {
-                kind: entry.kind,
-                id: entry.id.clone(),
-                body: entry.body.clone(),
-                aside: None,
-                is_refused: true,
-                removes: entry
-                    .expected
-                    .filter(|_| entry.operation == ChangeOperation::Delete),
-            })),
-        });
+        let is_removal = entry.operation == ChangeOperation::Delete;
+        let contested = Contested {
+            kind: entry.kind,
+            id: entry.id.clone(),
+            body: entry.body.clone(),
+            aside: None,
+            is_refused: true,
+            removes: entry.expected.filter(|_| is_removal),
+        };
+        self.add_review("registry", Vec::new(), Some(contested));
     }
 
     pub(super) fn decide_hold(&mut self, number: u64, decision: Decision) -> Result<Done, Refusal> {
@@ -318,11 +298,11 @@ impl State {
     /// What is not to be removed after all is put at the registry anew.
     fn tell_again(&mut self, ids: &[String]) {
         for id in ids {
-            if let Some(entry) = self.next.zones.get(id.as_str()).cloned() {
-                self.forward_zone(&entry);
-            } else if let Some(entry) = self.next.closures.get(id.as_str()).cloned() {
-                self.forward_closure(&entry);
-            }
+            let kind = match self.has(ObjectKind::Zone, id) {
+                true => ObjectKind::Zone,
+                false => ObjectKind::Closure,
+            };
+            self.introduce(kind, id);
         }
     }
 
@@ -362,7 +342,7 @@ impl State {
         match thing {
             Restriction::Zone(closure) => {
                 self.place_zone(&closure, version, upstream);
-                self.introduce_zone(id);
+                self.introduce(ObjectKind::Zone, id);
             }
             Restriction::Closure(entry) => {
                 let entry = self.keep_closure(ClosureEntry {
@@ -374,11 +354,5 @@ impl State {
             }
         }
         Ok(())
-    }
-
-    fn introduce_zone(&mut self, id: &str) {
-        if let Some(entry) = self.next.zones.get(id).cloned() {
-            self.forward_zone(&entry);
-        }
     }
 }

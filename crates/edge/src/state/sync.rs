@@ -382,7 +382,8 @@ impl State {
         }
     }
 
-    fn introduce(&mut self, kind: ObjectKind, id: &str) {
+    /// Notes that something that stands here is to be told.
+    pub(super) fn introduce(&mut self, kind: ObjectKind, id: &str) {
         match kind {
             ObjectKind::Zone => {
                 if let Some(entry) = self.next.zones.get(id).cloned() {
