@@ -6,9 +6,8 @@ use crate::writer::commands::{Command, Done, unexpected};
 use crate::{Edge, views};
 use skyway_contract::{self as wire, AlarmKind};
 use skyway_service::access::Caller;
-use skyway_service::intake::{PageRequest, token};
+use skyway_service::intake::{PageRequest, filtered, token};
 use skyway_service::refusal::Refusal;
-use std::ops::Bound;
 use std::sync::Arc;
 
 /// Which alarms are asked for.
@@ -44,19 +43,10 @@ impl Edge {
     ) -> Result<wire::Alarms<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let after = page.after.as_deref();
-        let after = after.and_then(|id| views::number_in(id, "alarm", self.lineage));
-        let from = after.map_or(Bound::Unbounded, Bound::Excluded);
-        let entries = snapshot.alarms.range((from, Bound::Unbounded));
-        let mut entries = entries.filter(|(_, entry)| filter.passes(entry));
-        let told: Vec<&Arc<AlarmEntry>> = entries
-            .by_ref()
-            .take(page.size)
-            .map(|(_, entry)| entry)
-            .collect();
-        let last = told.last().filter(|_| entries.next().is_some());
+        let after = views::number_after(&page, "alarm", self.lineage);
+        let (told, next) = filtered(&snapshot.alarms, after, page.size, |it| filter.passes(it));
         Ok(wire::Alarms {
-            next_page_token: last.map(|entry| token(&alarm_id(self.lineage, entry.number))),
+            next_page_token: next.map(|number| token(&alarm_id(self.lineage, number))),
             alarms: told
                 .iter()
                 .map(|entry| alarm_view(self.lineage, entry))
@@ -70,7 +60,7 @@ impl Edge {
     /// # Errors
     /// When there is none.
     pub async fn acknowledge_alarm(
-        self: &std::sync::Arc<Self>,
+        self: &Arc<Self>,
         caller: &Caller,
         id: &str,
     ) -> Result<wire::Alarm<'static>, Refusal> {

@@ -21,6 +21,7 @@ use skyway_engine::flight::{LegCourse, Reentry};
 use skyway_engine::network::Topology;
 use skyway_engine::recompose::Outcome;
 use skyway_formats::{waypoint, zone_to_feature};
+use skyway_service::intake::Page;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -120,6 +121,11 @@ pub(super) fn number_in(id: &str, kind: &str, epoch: u64) -> Option<u64> {
     (stated.parse() == Ok(epoch))
         .then(|| number.parse().ok())
         .flatten()
+}
+
+/// The number of the entry after which a page begins, of a list of one kind.
+pub(super) fn number_after(page: &Page, kind: &str, epoch: u64) -> Option<u64> {
+    number_in(page.after.as_deref()?, kind, epoch)
 }
 
 pub(super) fn proposal(snapshot: &Snapshot, entry: &ProposalEntry) -> wire::Proposal<'static> {

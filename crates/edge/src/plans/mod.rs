@@ -175,7 +175,8 @@ impl Edge {
         let snapshot = self.snapshot();
         let passes =
             |plan: &Arc<PlanEntry>| filter.passes(&snapshot, plan) && may_speak_for(caller, plan);
-        let (told, next) = filtered(&snapshot.plans, &page, passes);
+        let after = page.after.as_deref().map(Arc::from);
+        let (told, next) = filtered(&snapshot.plans, after, page.size, passes);
         let stamp = self.stamp_of(&snapshot);
         let plans = told
             .iter()

@@ -2,12 +2,10 @@
 
 use crate::writer::commands::{Command, Decision, Done, unexpected};
 use crate::{Edge, views};
-use imbl::OrdMap;
 use skyway_contract as wire;
 use skyway_service::access::Caller;
-use skyway_service::intake::{Page, PageRequest, token};
+use skyway_service::intake::{PageRequest, filtered, token};
 use skyway_service::refusal::Refusal;
-use std::ops::Bound;
 use std::sync::Arc;
 
 impl Edge {
@@ -22,7 +20,8 @@ impl Edge {
     ) -> Result<wire::Proposals<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let (told, next) = numbered(&snapshot.proposals, &page, "proposal", self.lineage);
+        let after = views::number_after(&page, "proposal", self.lineage);
+        let (told, next) = filtered(&snapshot.proposals, after, page.size, |_| true);
         let proposals = told.iter().map(|entry| views::proposal(&snapshot, entry));
         Ok(wire::Proposals {
             proposals: proposals.collect(),
@@ -63,7 +62,8 @@ impl Edge {
     ) -> Result<wire::Holds<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let (told, next) = numbered(&snapshot.holds, &page, "hold", self.lineage);
+        let after = views::number_after(&page, "hold", self.lineage);
+        let (told, next) = filtered(&snapshot.holds, after, page.size, |_| true);
         Ok(wire::Holds {
             holds: told
                 .iter()
@@ -94,26 +94,4 @@ impl Edge {
             _ => Err(unexpected()),
         }
     }
-}
-
-/// The entries of a page, and the number of its last one where more come after it.
-fn numbered<V: Clone>(
-    map: &OrdMap<u64, V>,
-    page: &Page,
-    kind: &str,
-    epoch: u64,
-) -> (Vec<V>, Option<u64>) {
-    let after = page
-        .after
-        .as_deref()
-        .and_then(|id| views::number_in(id, kind, epoch));
-    let from = after.map_or(Bound::Unbounded, Bound::Excluded);
-    let mut entries = map.range((from, Bound::Unbounded));
-    let (mut told, mut last) = (Vec::new(), None);
-    for (number, value) in entries.by_ref().take(page.size) {
-        told.push(value.clone());
-        last = Some(*number);
-    }
-    let has_more = entries.next().is_some();
-    (told, last.filter(|_| has_more))
 }

@@ -22,7 +22,7 @@ use skyway_contract as wire;
 use skyway_engine::airspace::{Change, Closure, Hits, Zone};
 use skyway_formats::{ZoneId, write_ed318, zone_to_feature};
 use skyway_service::access::Caller;
-use skyway_service::intake::{Expected, PageRequest, read_zone, slice, token};
+use skyway_service::intake::{Expected, PageRequest, filtered, read_zone, token};
 use skyway_service::refusal::{Code, Refusal};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -205,7 +205,8 @@ impl Edge {
     ) -> Result<wire::ZoneList<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let (told, next) = slice(&snapshot.zones, &page);
+        let after = page.after.as_deref().map(Arc::from);
+        let (told, next) = filtered(&snapshot.zones, after, page.size, |_| true);
         Ok(wire::ZoneList {
             kind: Cow::Borrowed("FeatureCollection"),
             features: told

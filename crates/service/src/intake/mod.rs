@@ -16,7 +16,7 @@ pub use closure::{ClosureIds, read_closure};
 pub use fields::Faults;
 pub use network::{network_refusal, network_rejected};
 pub use pages::PageRequest;
-pub use pages::{Page, filtered, read_token, slice, token};
+pub use pages::{Page, filtered, read_token, token};
 pub use store_look::{EMPTY_STORE, FOREIGN_STORE, StoreLook, look_at_store};
 pub use version::Expected;
 pub use weather::read_weather;

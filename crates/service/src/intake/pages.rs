@@ -4,7 +4,6 @@ use crate::refusal::{Code, Refusal};
 use crate::wire::Fault;
 use imbl::OrdMap;
 use std::ops::Bound;
-use std::sync::Arc;
 
 /// A page where none is asked for.
 const DEFAULT_SIZE: u32 = 100;
@@ -55,26 +54,22 @@ impl PageRequest {
     }
 }
 
-/// The entries of a page of an ordered map, and the key of its last entry where more come after it.
-pub fn slice<V: Clone>(map: &OrdMap<Arc<str>, V>, page: &Page) -> (Vec<V>, Option<String>) {
-    filtered(map, page, |_| true)
-}
-
-/// The same of the entries that pass a test.
-pub fn filtered<V: Clone>(
-    map: &OrdMap<Arc<str>, V>,
-    page: &Page,
+/// The entries of an ordered map that pass a test, at most so many after a key; and the key of the last one where more come
+/// after it.
+pub fn filtered<K: Ord + Clone, V: Clone>(
+    map: &OrdMap<K, V>,
+    after: Option<K>,
+    size: usize,
     passes: impl Fn(&V) -> bool,
-) -> (Vec<V>, Option<String>) {
-    let after = page.after.as_deref().map(Arc::<str>::from);
+) -> (Vec<V>, Option<K>) {
     let from = after.map_or(Bound::Unbounded, Bound::Excluded);
     let mut entries = map
         .range((from, Bound::Unbounded))
         .filter(|(_, value)| passes(value));
     let (mut told, mut last) = (Vec::new(), None);
-    for (key, value) in entries.by_ref().take(page.size) {
+    for (key, value) in entries.by_ref().take(size) {
         told.push(value.clone());
-        last = Some(key.to_string());
+        last = Some(key.clone());
     }
     let has_more = entries.next().is_some();
     (told, last.filter(|_| has_more))
