@@ -30,19 +30,15 @@ impl Collector for EdgeCollector {
     fn encode(&self, mut encoder: DescriptorEncoder<'_>) -> Result<(), fmt::Error> {
         let status = self.edge.status();
         for (name, help, value) in gauges(&status) {
-            let metric = ConstGauge::new(i64::try_from(value).unwrap_or(i64::MAX));
-            let kind = metric.metric_type();
-            metric.encode(encoder.encode_descriptor(name, help, None, kind)?)?;
+            let gauge = ConstGauge::new(i64::try_from(value).unwrap_or(i64::MAX));
+            put(&mut encoder, name, help, None, &gauge)?;
         }
         for (name, help, value) in counters(&status) {
-            let metric = ConstCounter::new(value);
-            let kind = metric.metric_type();
-            metric.encode(encoder.encode_descriptor(name, help, None, kind)?)?;
+            put(&mut encoder, name, help, None, &ConstCounter::new(value))?;
         }
         let apart = ConstGauge::new(status.clock_apart_s.unwrap_or_default());
-        let kind = apart.metric_type();
         let help = "Seconds that a stepped wall clock is ahead, until it is confirmed";
-        apart.encode(encoder.encode_descriptor("clock_apart_seconds", help, None, kind)?)?;
+        put(&mut encoder, "clock_apart_seconds", help, None, &apart)?;
         encode_alarms(&status, &mut encoder)?;
         encode_store(&status, &mut encoder)?;
         match &status.registry {
@@ -50,6 +46,17 @@ impl Collector for EdgeCollector {
             None => Ok(()),
         }
     }
+}
+
+/// A figure with its name and its meaning.
+fn put(
+    encoder: &mut DescriptorEncoder<'_>,
+    name: &str,
+    help: &str,
+    unit: Option<&Unit>,
+    metric: &impl EncodeMetric,
+) -> Result<(), fmt::Error> {
+    metric.encode(encoder.encode_descriptor(name, help, unit, metric.metric_type())?)
 }
 
 /// Names, meanings and values of what goes up and down.
@@ -182,19 +189,14 @@ fn encode_alarms(status: &Status, encoder: &mut DescriptorEncoder<'_>) -> Result
 fn encode_store(status: &Status, encoder: &mut DescriptorEncoder<'_>) -> Result<(), fmt::Error> {
     let durable = ConstGauge::new(i64::from(status.store.durable));
     let help = "Whether what is in force survives a restart: 1 where it does";
-    let kind = durable.metric_type();
-    durable.encode(encoder.encode_descriptor("store_durable", help, None, kind)?)?;
-    let mut seconds = |name: &str, help: &str, value: f64| {
-        let metric = ConstGauge::new(value);
-        let kind = metric.metric_type();
-        metric.encode(encoder.encode_descriptor(name, help, Some(&Unit::Seconds), kind)?)
-    };
-    let unstored = "For how long something has been waiting to be stored";
-    seconds("store_unstored_age", unstored, status.store.unstored_age_s)?;
+    put(encoder, "store_durable", help, None, &durable)?;
+    let seconds = Some(&Unit::Seconds);
+    let unstored = ConstGauge::new(status.store.unstored_age_s);
+    let help = "For how long something has been waiting to be stored";
+    put(encoder, "store_unstored_age", help, seconds, &unstored)?;
     let spent = ConstCounter::new(status.store.commit_seconds);
     let help = "How long transactions took together";
-    let kind = spent.metric_type();
-    spent.encode(encoder.encode_descriptor("store_commit", help, Some(&Unit::Seconds), kind)?)
+    put(encoder, "store_commit", help, seconds, &spent)
 }
 
 /// How following the registry stands.
@@ -204,9 +206,7 @@ fn encode_sync(
     encoder: &mut DescriptorEncoder<'_>,
 ) -> Result<(), fmt::Error> {
     let mut gauge = |name: &str, help: &str, value: f64| {
-        let metric = ConstGauge::new(value);
-        let kind = metric.metric_type();
-        metric.encode(encoder.encode_descriptor(name, help, None, kind)?)
+        put(encoder, name, help, None, &ConstGauge::new(value))
     };
     if let Some(cursor) = status.stamp.registry_revision {
         let (epoch, revision) = (cursor.epoch as f64, cursor.revision as f64);
@@ -282,9 +282,7 @@ fn encode_counts(sync: &SyncStatus, encoder: &mut DescriptorEncoder<'_>) -> Resu
         ),
     ];
     for (name, help, value) in counters {
-        let metric = ConstCounter::new(value);
-        let kind = metric.metric_type();
-        metric.encode(encoder.encode_descriptor(name, help, None, kind)?)?;
+        put(encoder, name, help, None, &ConstCounter::new(value))?;
     }
     let help = "Questions to the registry that failed, by reason";
     let mut family =
