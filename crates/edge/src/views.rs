@@ -9,8 +9,8 @@ use crate::plans::fleet::{self, Detour};
 use crate::settings::Settings;
 use crate::snapshot::Snapshot;
 use crate::words::{
-    NO_AIRFRAME, instant, node_id, node_ids, outcome, outcome_name, path, reference_name,
-    segment_ids, text, warning,
+    NO_AIRFRAME, instant, node_id, node_ids, outcome_name, path, reference_name, segment_ids, text,
+    warning,
 };
 use jiff::Timestamp;
 use serde_json::Value;
@@ -20,7 +20,7 @@ use skyway_engine::compose::{Composition, Contingency};
 use skyway_engine::flight::{LegCourse, Reentry};
 use skyway_engine::network::Topology;
 use skyway_engine::recompose::Outcome;
-use skyway_formats::{waypoint, zone_to_feature};
+use skyway_formats::{IntoTerm, waypoint, zone_to_feature};
 use skyway_service::intake::Page;
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -196,7 +196,7 @@ fn contingency(
     flight: Option<wire::DetourFlight<'static>>,
 ) -> wire::Contingency<'static> {
     wire::Contingency {
-        outcome: outcome(contingency.outcome),
+        outcome: contingency.outcome.into_term(),
         nodes: node_ids(topology, &contingency.nodes),
         rejoins: contingency.rejoins.map(|node| node_id(topology, node)),
         remaining_length_m: contingency.remaining_length_m,
@@ -443,7 +443,7 @@ pub(super) fn affected_plan(topology: &Topology, detour: &Detour) -> wire::Affec
         drone_id: detour.plan.drone_id.as_deref().map(text),
         outcome: match (detour.outcome(), detour.version) {
             (Outcome::Unaffected, Some(_)) => wire::Outcome::Rerouted,
-            (told, _) => outcome(told),
+            (told, _) => told.into_term(),
         },
         path: path(topology, detour.way()),
         extra_m: detour.extra_m,

@@ -50,16 +50,6 @@ pub(super) fn path(topology: &Topology, way: &Path) -> wire::Path<'static> {
     }
 }
 
-pub(super) fn outcome(outcome: Outcome) -> wire::Outcome {
-    match outcome {
-        Outcome::Rerouted => wire::Outcome::Rerouted,
-        Outcome::Unaffected => wire::Outcome::Unaffected,
-        Outcome::Hold => wire::Outcome::Hold,
-        Outcome::Diverted => wire::Outcome::Diverted,
-        Outcome::NoRoute => wire::Outcome::NoRoute,
-    }
-}
-
 pub(super) fn outcome_name(outcome: Option<Outcome>) -> &'static str {
     outcome.map_or("composed", Outcome::name)
 }

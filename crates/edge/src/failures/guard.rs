@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use skyway_contract::{self as wire, AlarmKind};
 use skyway_engine::checked::Case;
 use skyway_engine::network::Topology;
+use skyway_formats::IntoTerm;
 use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -63,7 +64,7 @@ pub(crate) fn case_view(topology: &Topology, case: &Case) -> wire::CheckerCase<'
         message: Cow::Owned(fault.text(topology)),
         stated: fault.stated.filter(|figure| figure.is_finite()),
         found: fault.found.filter(|figure| figure.is_finite()),
-        outcome: words::outcome(case.outcome),
+        outcome: case.outcome.into_term(),
         nodes: words::node_ids(topology, &case.nodes),
         fallback: Cow::Borrowed(case.fallback.name()),
     }

@@ -7,7 +7,6 @@ use crate::planner::{Planner, way_is_open};
 use crate::snapshot::Snapshot;
 use crate::standing::Staleness;
 use crate::store::ReportReply;
-use crate::words;
 use jiff::Timestamp;
 use skyway_contract as wire;
 use skyway_engine::flight::Location;
@@ -109,7 +108,7 @@ impl StoredAnswer {
 
     pub(crate) fn outcome(&self) -> wire::Outcome {
         match self {
-            Self::Now(record) => words::outcome(record.answer.told().outcome),
+            Self::Now(record) => record.answer.told().outcome.into_term(),
             Self::Before(earlier) => earlier.answer.answer.outcome,
         }
     }

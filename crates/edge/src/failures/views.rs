@@ -5,7 +5,7 @@ use super::records::AnswerRecord;
 use crate::standing::Staleness;
 use crate::store::ReportReply;
 use crate::views;
-use crate::words::{self};
+use crate::words;
 use serde_json::Value;
 use skyway_contract as wire;
 use skyway_engine::airspace::{Cause, Closure};
@@ -99,7 +99,7 @@ pub(crate) fn summary(record: &AnswerRecord) -> wire::RecordSummary<'static> {
         drone_id: record.drone_id.as_deref().map(words::text),
         plan_id: record.plan.as_ref().map(|plan| words::text(&plan.plan)),
         leg: Some([from, to].map(|node| words::node_id(topology, node))),
-        outcome: words::outcome(record.answer.told().outcome),
+        outcome: record.answer.told().outcome.into_term(),
         path: words::path(topology, &record.answer.told().path),
         old_path: words::node_ids(topology, old_path.unwrap_or(&[from, to])),
         remaining_length_m: record.answer.told().remaining_length_m,
