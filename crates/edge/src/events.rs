@@ -4,6 +4,7 @@
 //! one that is too slow, or comes back too late, is told so and starts again from a list.
 
 use crate::background::give_way;
+use crate::locks::lock;
 use jiff::Timestamp;
 use serde_json::Value;
 use skyway_contract::{self as wire, ClockKind, EventKind};
@@ -11,7 +12,7 @@ use skyway_service::refusal::{Code, Refusal};
 use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::pin::Pin;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::task::{Context, Poll};
 use tokio::sync::watch;
 use tokio_stream::Stream;
@@ -171,7 +172,7 @@ impl Events {
             Unnumbered::of(happening, (at, self.clock), revision)
         });
         let written: Vec<Unnumbered> = written.collect();
-        let mut kept = self.lock();
+        let mut kept = lock(&self.kept);
         for event in written {
             let record = event.numbered(format!("{}-{}", self.epoch, kept.next));
             kept.bytes += record.bytes();
@@ -198,7 +199,7 @@ impl Events {
 
     /// The id of the latest event; `epoch-0` before the first.
     pub(super) fn latest_id(&self) -> String {
-        format!("{}-{}", self.epoch, self.lock().next - 1)
+        format!("{}-{}", self.epoch, lock(&self.kept).next - 1)
     }
 
     /// Listens: from after `after`, or from now on.
@@ -207,7 +208,7 @@ impl Events {
             let detail = format!("{} event streams are open already", self.streams_max);
             return Err(Refusal::new(Code::LimitReached, detail).retry_after_s(5));
         }
-        let kept = self.lock();
+        let kept = lock(&self.kept);
         let next = match after {
             None => kept.next,
             Some(id) => self.resume(id, &kept)?,
@@ -257,18 +258,13 @@ impl Events {
 
     /// The event of a number: `Ok(None)` when it has not happened yet.
     fn get(&self, number: u64) -> Result<Option<Arc<EventRecord>>, Refusal> {
-        let kept = self.lock();
+        let kept = lock(&self.kept);
         let oldest = kept.next - kept.events.len() as u64;
         if number < oldest {
             let detail = "this listener is too slow and has missed events; read the lists again";
             return Err(Refusal::new(Code::EventsGone, detail));
         }
         Ok(kept.events.get((number - oldest) as usize).cloned())
-    }
-
-    // The queue is whole after every statement, so a panic elsewhere cannot spoil it.
-    fn lock(&self) -> MutexGuard<'_, EventBuffer> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -330,7 +326,7 @@ mod tests {
             scope.spawn(add);
             scope.spawn(add);
         });
-        let kept = events.lock();
+        let kept = lock(&events.kept);
         let ids: Vec<&str> = kept.events.iter().map(|record| &*record.id).collect();
         let expected: Vec<String> = (1..=2_000).map(|number| format!("7-{number}")).collect();
         assert_eq!(ids, expected);

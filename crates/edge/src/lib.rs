@@ -13,6 +13,7 @@ mod entries;
 mod events;
 mod failures;
 mod line;
+mod locks;
 mod metrics;
 mod network;
 mod opening;
@@ -74,6 +75,7 @@ use failures::guard::Guard;
 use failures::records::Records;
 use line::Lines;
 use line::claims::Claims;
+use locks::lock;
 use network::tables::Tables;
 use planner::Planner;
 use replanning::offers::Offers;
@@ -85,7 +87,7 @@ use skyway_service::config::PackKeys;
 use standing::Staleness;
 use std::borrow::Cow;
 use std::sync::atomic::AtomicU64;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use store::Store;
 use sync::Contact;
 use tokio::task::{JoinError, JoinHandle};
@@ -161,11 +163,7 @@ impl Edge {
     /// would survive it.
     pub async fn end(&self) {
         self.store.close();
-        let keeper = {
-            // It is taken whole or not at all.
-            let mut keeper = self.keeper.lock().unwrap_or_else(PoisonError::into_inner);
-            keeper.take()
-        };
+        let keeper = lock(&self.keeper).take();
         if let Some(keeper) = keeper
             && keeper.await.is_err()
         {

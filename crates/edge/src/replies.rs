@@ -6,6 +6,7 @@
 
 use crate::failures::records::weight;
 use crate::failures::stored_answer::{RestoredAnswer, StoredAnswer};
+use crate::locks::lock;
 use crate::settings::Settings;
 use crate::store::{Entry, Reply, ReportReply, Store, WriteReply};
 use jiff::{SignedDuration, Timestamp};
@@ -18,7 +19,7 @@ use std::any::Any;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::future::Future;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, Weak};
 use tokio::sync::OnceCell;
 
 /// What replies may take.
@@ -446,11 +447,6 @@ impl Drop for Running {
     fn drop(&mut self) {
         lock(&self.writes).remove(&self.key, self.serial);
     }
-}
-
-// Entries are whole after every call, so a panic elsewhere cannot spoil them.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

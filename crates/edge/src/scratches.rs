@@ -1,8 +1,9 @@
 //! Scratch memory for searches, one for each that runs at the same time, used again and again.
 
+use crate::locks::lock;
 use skyway_engine::network::Topology;
 use skyway_engine::recompose::Scratch;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Mutex;
 
 /// The most that are kept unused.
 const KEPT_MAX: usize = 64;
@@ -18,19 +19,14 @@ pub(super) struct Scratches {
 
 impl Scratches {
     pub(super) fn take(&self, topology: &Topology) -> Boxed {
-        let idle = self.lock().pop();
+        let idle = lock(&self.idle).pop();
         idle.unwrap_or_else(|| Box::new(Scratch::new(topology)))
     }
 
     pub(super) fn give_back(&self, scratch: Boxed) {
-        let mut idle = self.lock();
+        let mut idle = lock(&self.idle);
         if idle.len() < KEPT_MAX {
             idle.push(scratch);
         }
-    }
-
-    // A search resets what it finds, so a panic elsewhere cannot spoil it.
-    fn lock(&self) -> MutexGuard<'_, Vec<Boxed>> {
-        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -1,8 +1,9 @@
 //! When the drone of each plan was answered last for being off it.
 
+use crate::locks::lock;
 use jiff::{SignedDuration, Timestamp};
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// So long one is remembered at most.
 const FORGOTTEN_AFTER: SignedDuration = SignedDuration::from_mins(1);
@@ -16,8 +17,7 @@ pub(crate) struct AnsweredLately(Mutex<BTreeMap<Arc<str>, Timestamp>>);
 impl AnsweredLately {
     /// Whether a plan may be answered now, so long after it was last; then it counts as answered.
     pub(crate) fn begins(&self, plan: &Arc<str>, now: Timestamp, apart: SignedDuration) -> bool {
-        // The map is whole after every call, so a panic elsewhere cannot spoil it.
-        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut last = lock(&self.0);
         // An instant far ahead is of a clock that has been set back since.
         let is_within =
             |span: SignedDuration| move |at: &Timestamp| now.duration_since(*at).abs() < span;

@@ -3,9 +3,10 @@
 //! The path of telemetry only appends. Where there are too many, every second position of each drone in the older half
 //! goes, so that a long time without a registry leaves fewer positions and no hole.
 
+use crate::locks::lock;
 use skyway_contract::{PositionBatch, PositionEntry};
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Mutex;
 
 /// The most positions that wait.
 const POSITIONS_MAX: usize = 100_000;
@@ -33,7 +34,7 @@ impl Positions {
     }
 
     fn add_up_to(&self, entry: PositionEntry, most: usize) {
-        let mut waiting = self.lock();
+        let mut waiting = lock(&self.waiting);
         if waiting.entries.len() >= most {
             waiting.thin(most);
         }
@@ -42,7 +43,7 @@ impl Positions {
 
     /// Takes the oldest, up to a number, with how many were left out; `None` where nothing waits.
     pub(crate) fn take(&self, most: usize) -> Option<PositionBatch> {
-        let mut waiting = self.lock();
+        let mut waiting = lock(&self.waiting);
         let count = waiting.entries.len().min(most);
         if count == 0 {
             return None;
@@ -55,7 +56,7 @@ impl Positions {
 
     /// Puts a batch back that was not taken.
     pub(crate) fn put_back(&self, batch: PositionBatch) {
-        let mut waiting = self.lock();
+        let mut waiting = lock(&self.waiting);
         waiting.left_out += batch.left_out;
         for entry in batch.positions.into_iter().rev() {
             waiting.entries.push_front(entry);
@@ -67,20 +68,15 @@ impl Positions {
 
     /// The registry will never take a batch.
     pub(crate) fn give_up(&self, batch: &PositionBatch) {
-        let mut waiting = self.lock();
+        let mut waiting = lock(&self.waiting);
         waiting.left_out += batch.left_out;
         waiting.leave_out(batch.positions.len());
     }
 
     /// How many wait, and how many were left out since the start.
     pub(crate) fn figures(&self) -> (usize, u64) {
-        let waiting = self.lock();
+        let waiting = lock(&self.waiting);
         (waiting.entries.len(), waiting.left_out_ever)
-    }
-
-    // It is whole after every statement, so a panic elsewhere cannot spoil it.
-    fn lock(&self) -> MutexGuard<'_, Waiting> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

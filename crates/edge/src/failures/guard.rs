@@ -1,6 +1,7 @@
 //! What the checker has not let pass: counted, told, and remembered for a minute.
 
 use crate::entries::AlarmDraft;
+use crate::locks::lock;
 use crate::words;
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
@@ -11,7 +12,7 @@ use skyway_formats::IntoTerm;
 use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// More cases than this within a minute make the edge degraded.
 const CASES_MAX: usize = 5;
@@ -33,8 +34,7 @@ impl Guard {
     /// Notes a case; tells whether with it the edge becomes degraded.
     pub(crate) fn note(&self, now: Timestamp) -> bool {
         self.cases.fetch_add(1, Ordering::Relaxed);
-        // The queue is whole after every call, so a panic elsewhere cannot spoil it.
-        let mut lately = self.lately.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut lately = lock(&self.lately);
         lately.retain(|at| now.duration_since(*at) < MINUTE);
         lately.push_back(now);
         let becomes_so = lately.len() == CASES_MAX + 1;
@@ -49,7 +49,7 @@ impl Guard {
         if self.cases() <= CASES_MAX as u64 {
             return false;
         }
-        let lately = self.lately.lock().unwrap_or_else(PoisonError::into_inner);
+        let lately = lock(&self.lately);
         let recent = lately.iter().filter(|at| now.duration_since(**at) < MINUTE);
         recent.count() > CASES_MAX
     }

@@ -1,5 +1,6 @@
 //! What was answered, kept for a while: enough to explain an answer from its id alone and to compute it again.
 
+use crate::locks::lock;
 use crate::planner::{Answer, Version};
 use crate::snapshot::Snapshot;
 use jiff::Timestamp;
@@ -9,7 +10,7 @@ use skyway_engine::airspace::Airspace;
 use skyway_engine::checked::Case;
 use skyway_formats::{ReadWarning, ResolvedReport};
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// Answers keep the network that they were given on; those of earlier networks beyond this number
 /// are let go, as each is large.
@@ -151,14 +152,14 @@ impl Records {
 
     /// The number of an answer about to be given.
     pub(crate) fn next_number(&self) -> u64 {
-        let mut kept = self.lock();
+        let mut kept = lock(&self.kept);
         kept.given += 1;
         kept.given
     }
 
     /// Keeps an answer.
     pub(crate) fn keep(&self, record: &Arc<AnswerRecord>) {
-        let mut kept = self.lock();
+        let mut kept = lock(&self.kept);
         // Answers given side by side may come here in another order than they were numbered.
         let is_last = kept
             .records
@@ -204,7 +205,7 @@ impl Records {
     /// The answer of an id, while it is kept.
     pub(crate) fn get(&self, id: &str) -> Option<Arc<AnswerRecord>> {
         let number = self.number_of(id)?;
-        let kept = self.lock();
+        let kept = lock(&self.kept);
         let place = kept
             .records
             .binary_search_by_key(&number, |record| record.number)
@@ -227,7 +228,7 @@ impl Records {
         size: usize,
         may_see: impl Fn(&AnswerRecord) -> bool,
     ) -> Vec<Arc<AnswerRecord>> {
-        let kept = self.lock();
+        let kept = lock(&self.kept);
         let end = number.map_or(kept.records.len(), |number| {
             kept.records
                 .partition_point(|record| record.number < number)
@@ -242,13 +243,8 @@ impl Records {
 
     /// How many are kept, and about how many bytes they take.
     pub(crate) fn figures(&self) -> (usize, usize) {
-        let kept = self.lock();
+        let kept = lock(&self.kept);
         (kept.records.len(), kept.bytes)
-    }
-
-    // The queue and its weight are whole after every call, so a panic elsewhere cannot spoil them.
-    fn lock(&self) -> MutexGuard<'_, RecordBuffer> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

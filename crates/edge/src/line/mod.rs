@@ -10,13 +10,14 @@ pub(crate) mod sessions;
 pub(crate) mod stream;
 mod views;
 
+use crate::locks::lock;
 use crate::snapshot::Snapshot;
 use arc_swap::ArcSwap;
 use imbl::ordmap::DiffItem;
 use mailbox::MailEntry;
 use skyway_contract::{self as wire, ClockKind};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::task::{Poll, Waker};
 
 /// Who tells which drones.
@@ -58,14 +59,9 @@ struct ToldTo {
 }
 
 impl Line {
-    // The state is whole after every statement, so a panic elsewhere cannot spoil it.
-    fn lock(&self) -> MutexGuard<'_, LineState> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn has_news(&self, drone: &Arc<str>) {
         let reader = {
-            let mut state = self.lock();
+            let mut state = lock(&self.state);
             state.news.insert(drone.clone());
             state.reader.take()
         };
@@ -75,7 +71,7 @@ impl Line {
     /// A drone is told elsewhere from now on.
     pub(crate) fn lose(&self, drone: &str, ended: wire::EndedSession<'static>) {
         let reader = {
-            let mut state = self.lock();
+            let mut state = lock(&self.state);
             state.drones.remove(drone);
             state.ended.push_back(ended);
             state.reader.take()
@@ -85,7 +81,7 @@ impl Line {
 
     /// How many drones are on it.
     pub(crate) fn len(&self) -> usize {
-        self.lock().drones.len()
+        lock(&self.state).drones.len()
     }
 }
 
@@ -97,10 +93,6 @@ impl Lines {
             tells_at_once: clock == ClockKind::External,
             by_drone: Mutex::default(),
         }
-    }
-
-    fn by_drone(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Vec<Arc<Line>>>> {
-        self.by_drone.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes the newest snapshot, which is to be told once it is stored.
@@ -140,7 +132,7 @@ impl Lines {
         if drones.is_empty() {
             return;
         }
-        let by_drone = self.by_drone();
+        let by_drone = lock(&self.by_drone);
         for drone in drones {
             for line in by_drone.get(drone).into_iter().flatten() {
                 line.has_news(drone);
@@ -154,8 +146,8 @@ impl Lines {
             number: 0,
             received,
         };
-        line.lock().drones.insert(drone.clone(), told);
-        let mut by_drone = self.by_drone();
+        lock(&line.state).drones.insert(drone.clone(), told);
+        let mut by_drone = lock(&self.by_drone);
         let lines = by_drone.entry(drone.clone()).or_default();
         if !lines.iter().any(|other| Arc::ptr_eq(other, line)) {
             lines.push(line.clone());
@@ -166,8 +158,8 @@ impl Lines {
 
     /// Takes a drone off a line.
     pub(crate) fn leave(&self, line: &Arc<Line>, drone: &str) {
-        line.lock().drones.remove(drone);
-        let mut by_drone = self.by_drone();
+        lock(&line.state).drones.remove(drone);
+        let mut by_drone = lock(&self.by_drone);
         if let Some(lines) = by_drone.get_mut(drone) {
             lines.retain(|other| !Arc::ptr_eq(other, line));
             if lines.is_empty() {
@@ -178,7 +170,7 @@ impl Lines {
 
     /// Takes all drones off a line, and names them.
     pub(crate) fn close(&self, line: &Arc<Line>) -> Vec<Arc<str>> {
-        let drones: Vec<Arc<str>> = line.lock().drones.keys().cloned().collect();
+        let drones: Vec<Arc<str>> = lock(&line.state).drones.keys().cloned().collect();
         for drone in &drones {
             self.leave(line, drone);
         }
@@ -188,7 +180,7 @@ impl Lines {
     /// What a line is told next; where there is nothing its reader is woken when there is.
     pub(crate) fn next(&self, line: &Line, reader: &Waker) -> Poll<Next> {
         loop {
-            let mut state = line.lock();
+            let mut state = lock(&line.state);
             if let Some(ended) = state.ended.pop_front() {
                 return Poll::Ready(Next::Ended(ended));
             }

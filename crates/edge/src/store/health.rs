@@ -1,9 +1,10 @@
 //! How the store stands: whether it takes what it is given, for those who decide, count or look on.
 
+use crate::locks::lock;
 use serde::Serialize;
 use skyway_service::clock::{Clock, Stopwatch};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 
 /// How the store of an edge stands.
@@ -53,7 +54,7 @@ impl Health {
     }
 
     pub(crate) fn status(&self) -> StoreStatus {
-        let figures = self.lock();
+        let figures = lock(&self.figures);
         let mut status = figures.status.clone();
         status.durable = status.kept && status.failing.is_none();
         let unstored = figures.unstored.as_ref();
@@ -89,19 +90,19 @@ impl Health {
     }
 
     pub(super) fn begin(&self) {
-        self.lock().status.kept = true;
+        lock(&self.figures).status.kept = true;
     }
 
     /// Something is in force that is not stored.
     pub(super) fn published(&self, clock: &Clock) {
-        let mut figures = self.lock();
+        let mut figures = lock(&self.figures);
         if figures.unstored.is_none() {
             figures.unstored = Some(clock.stopwatch());
         }
     }
 
     pub(super) fn committed(&self, seconds: f64) {
-        let mut figures = self.lock();
+        let mut figures = lock(&self.figures);
         figures.status.commits += 1;
         figures.status.commit_seconds += seconds;
         figures.status.failing = None;
@@ -110,11 +111,11 @@ impl Health {
 
     /// All that was published is stored.
     pub(super) fn caught_up(&self) {
-        self.lock().unstored = None;
+        lock(&self.figures).unstored = None;
     }
 
     pub(super) fn failed(&self, why: String) {
-        let mut figures = self.lock();
+        let mut figures = lock(&self.figures);
         figures.status.failures += 1;
         figures.status.failing = Some(why);
         self.failing.store(true, Ordering::Relaxed);
@@ -123,11 +124,6 @@ impl Health {
     }
 
     pub(super) fn lost(&self, entries: u64) {
-        self.lock().status.journal_lost += entries;
-    }
-
-    // The figures are whole after every statement, so a panic elsewhere cannot spoil them.
-    fn lock(&self) -> MutexGuard<'_, Figures> {
-        self.figures.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.figures).status.journal_lost += entries;
     }
 }

@@ -1,6 +1,7 @@
 //! How current the edge is: when it last had all that the registry has, and what went wrong since.
 
 use super::client::ClientError;
+use crate::locks::lock;
 use arc_swap::ArcSwapOption;
 use jiff::SignedDuration;
 use serde::Serialize;
@@ -8,7 +9,7 @@ use skyway_contract::{self as wire, Nack};
 use skyway_service::clock::{Clock, Stopwatch};
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use tokio::sync::watch;
 
@@ -128,7 +129,7 @@ impl Contact {
     /// Something of the registry was taken over, or there was nothing new; true where that had failed before.
     pub(super) fn moved(&self) -> bool {
         self.is_ours.store(true, Ordering::Relaxed);
-        let mut told = self.lock();
+        let mut told = lock(&self.told);
         told.last_nack = None;
         let had_failed = told.last_failure.take().is_some();
         drop(told);
@@ -163,18 +164,18 @@ impl Contact {
     /// Notes what was not taken over; true where the same was not noted just before.
     pub(super) fn refused(&self, nack: &Nack) -> bool {
         self.nacks.fetch_add(1, Ordering::Relaxed);
-        let mut told = self.lock();
+        let mut told = lock(&self.told);
         let is_new = told.last_nack.as_ref() != Some(nack);
         told.last_nack = Some(nack.clone());
         is_new
     }
 
     pub(super) fn last_nack(&self) -> Option<Nack> {
-        self.lock().last_nack.clone()
+        lock(&self.told).last_nack.clone()
     }
 
     pub(super) fn failed(&self, reason: &'static str) {
-        *self.lock().failures.entry(reason).or_default() += 1;
+        *lock(&self.told).failures.entry(reason).or_default() += 1;
     }
 
     /// Notes why a question has no answer; true where the one before had another reason, or had an answer.
@@ -183,7 +184,7 @@ impl Contact {
             ClientError::Refused { code, .. } => code.as_str(),
             error => error.reason(),
         };
-        let mut told = self.lock();
+        let mut told = lock(&self.told);
         let is_new = told.last_failure.as_deref() != Some(what);
         told.last_failure = Some(what.to_owned());
         is_new
@@ -208,7 +209,7 @@ impl Contact {
 
     /// What is counted, without what the snapshot says.
     pub(crate) fn status(&self) -> SyncStatus {
-        let told = self.lock();
+        let told = lock(&self.told);
         let count = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         SyncStatus {
             forwarded: count(&self.forwarded),
@@ -220,10 +221,5 @@ impl Contact {
             restarts: count(&self.restarts),
             ..SyncStatus::default()
         }
-    }
-
-    // What it guards is whole after every statement, so a panic elsewhere cannot spoil it.
-    fn lock(&self) -> MutexGuard<'_, Told> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
