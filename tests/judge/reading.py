@@ -311,8 +311,9 @@ class Reading:
         self.starts.append(Start(self.b, self.away(self.length_m - self.at_m), onward, "leg"))
 
     def away(self, along_m: float) -> float:
-        """How far it is to an end of the leg: past or beside that it is no nearer than it is to the leg."""
-        return max(along_m, self.aside_m) if self.where == "leg" else along_m
+        """How far it is to an end of the leg: from past that, as far as the drone is from it."""
+        is_past = self.where == "leg" and not 0 < self.at_m < self.length_m
+        return max(along_m, self.aside_m) if is_past else along_m
 
     def may_have_passed(self) -> bool:
         """Whether it may have passed since what it saw ahead when it told its place."""

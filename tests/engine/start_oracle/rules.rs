@@ -43,8 +43,8 @@ struct Leg<'a> {
     world: &'a PlainWorld,
     ends: (Spot, Spot),
     length_m: f64,
-    /// How far off it the drone is.
-    off_m: f64,
+    /// How far past one of its ends the drone is.
+    past_m: f64,
     walk: Walk,
     /// Where the drone says that its cause is.
     known: Option<f64>,
@@ -97,14 +97,17 @@ impl<'a> Leg<'a> {
         let segment = world.segment_of_leg();
         let cause = world.cause.filter(|_| world.closes_leg);
         let is_shut = segment.is_some_and(|segment| world.closed_segments.contains(&segment));
-        let off_m = match world.place {
-            Place::At(spot) => projected(ends, spot).1,
+        let past_m = match world.place {
+            Place::At(spot) => match projected(ends, spot) {
+                (along, _) if 0.0 < along && along < 1.0 => 0.0,
+                (_, off_m) => off_m,
+            },
             Place::AtStart | Place::Unknown => 0.0,
         };
         Ok(Self {
             world,
             ends,
-            off_m,
+            past_m,
             length_m: segment.map_or(apart_m(ends.0, ends.1), |found| world.segments[found].2),
             walk: world.walk(ends.0, ends.1)?,
             known: cause.map(|spot| projected(ends, spot).0),
@@ -122,7 +125,7 @@ impl<'a> Leg<'a> {
     fn back(&self, from: f64, overrun_m: f64) -> PlainWay {
         PlainWay {
             node: self.world.leg.0,
-            length_m: (from * self.length_m).max(self.off_m) + 2.0 * overrun_m,
+            length_m: (from * self.length_m).max(self.past_m) + 2.0 * overrun_m,
             overrun_m,
             is_straight: false,
             fraction: Some(from),
@@ -132,7 +135,7 @@ impl<'a> Leg<'a> {
     fn on(&self, from: f64) -> PlainWay {
         PlainWay {
             node: self.world.leg.1,
-            length_m: ((1.0 - from) * self.length_m).max(self.off_m),
+            length_m: ((1.0 - from) * self.length_m).max(self.past_m),
             overrun_m: 0.0,
             is_straight: false,
             fraction: Some(from),

@@ -8,7 +8,7 @@ use crate::geo::Point;
 use crate::network::{NodeIx, Topology};
 use crate::recompose::{
     Fallback, Outcome, Recomposition, Request, Scratch, Strategy, UnsafeCode, UnsafeWay, World,
-    causes_of_leg, recompose,
+    causes_of_leg, is_past_end, recompose,
 };
 use crate::routing::Path;
 
@@ -195,7 +195,7 @@ struct Ends {
     leg: StretchLeg,
     length_m: f64,
     begin: Point,
-    off_m: f64,
+    past_m: f64,
     is_known: bool,
 }
 
@@ -207,6 +207,7 @@ impl Ends {
             Location::At(place) => (place.fraction_along(ends.0, ends.1), place),
             Location::LegStart | Location::Unknown => (0.0, ends.0),
         };
+        let (on_leg, is_past) = (ends.0.towards(ends.1, fraction), is_past_end(fraction));
         let segment = topology.segment_between(from, to);
         let straight_m = ends.0.distance_m(ends.1);
         Self {
@@ -217,8 +218,12 @@ impl Ends {
                 fraction,
             },
             length_m: segment.map_or(straight_m, |segment| topology.segment(segment).length_m),
-            begin,
-            off_m: begin.distance_m(ends.0.towards(ends.1, fraction)),
+            begin: if is_past { begin } else { on_leg },
+            past_m: if is_past {
+                begin.distance_m(on_leg)
+            } else {
+                0.0
+            },
             is_known: request.report.location != Location::Unknown,
         }
     }
@@ -230,7 +235,7 @@ impl Ends {
             1.0 - self.leg.fraction
         };
         let along_m = if self.is_known { share } else { 1.0 } * self.length_m;
-        let lengths_m = (along_m.max(self.off_m), 0.0);
+        let lengths_m = (along_m.max(self.past_m), 0.0);
         Reentry::along(node, self.leg, self.begin, lengths_m)
     }
 

@@ -194,18 +194,20 @@ fn along(stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg, sky: &Sky<'_>) -> Re
 }
 
 /// How long the way to an end of the leg is: for the way back an old place counts as farther on, and past an end it is as far
-/// as the drone is off the leg.
+/// as the drone is from it.
 fn along_m(way: Way, stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg) -> f64 {
     let Some(flown) = leg.flown else {
         return leg.length_m;
     };
     let flown_m = flown * leg.length_m;
+    let is_past = flown <= 0.0 || flown >= 1.0;
+    let past_m = if is_past { leg.off_m } else { 0.0 };
     match way {
         Way::Back => {
             let back_m = (flown_m + drone.drift_m).min(leg.length_m);
-            back_m.max(leg.off_m) + 2.0 * stretch.overrun_m
+            back_m.max(past_m) + 2.0 * stretch.overrun_m
         }
-        Way::On => (leg.length_m - flown_m).max(leg.off_m),
+        Way::On => (leg.length_m - flown_m).max(past_m),
     }
 }
 

@@ -75,14 +75,14 @@ impl Leg {
         }
     }
 
-    /// The way from a place on the leg to one of its ends, after the metres flown on before the drone turns. Past or beside
-    /// that end, it is no shorter than the drone is off the leg.
+    /// The way from a place on the leg to one of its ends, after the metres flown on before the drone turns. From past that end it
+    /// is as long as the drone is away.
     fn reentry(
         &self,
         topology: &Topology,
         (node, flown): (NodeIx, f64),
         overrun_m: f64,
-        beside: Option<(Point, f64)>,
+        past: Option<(Point, f64)>,
     ) -> Reentry {
         let (from, to) = (topology.position(self.from), topology.position(self.to));
         let on_leg = from.towards(to, flown);
@@ -98,13 +98,18 @@ impl Leg {
             1.0 - flown
         };
         let along_m = share * self.length_m;
-        let (begin, away_m) = match beside {
+        let (begin, away_m) = match past {
             Some((place, off_m)) if off_m > along_m => (place, off_m),
             _ => (on_leg, along_m),
         };
         let length_m = away_m + 2.0 * overrun_m;
         Reentry::along(node, leg, begin, (length_m, overrun_m))
     }
+}
+
+/// Whether a drone is level with an end of its leg or past it, by the fraction that it has flown.
+pub(crate) fn is_past_end(flown: f64) -> bool {
+    flown <= 0.0 || flown >= 1.0
 }
 
 /// Where on its leg a drone is.
@@ -134,7 +139,7 @@ pub(super) fn find(
         closed,
         topology: closed.topology(),
         leg,
-        beside: None,
+        past: None,
         starts,
         warnings,
     };
@@ -148,7 +153,7 @@ struct Finder<'a, 'b> {
     topology: &'a Topology,
     leg: &'a Leg,
     /// Where the drone says that it is, and how far off its leg.
-    beside: Option<(Point, f64)>,
+    past: Option<(Point, f64)>,
     starts: &'b mut Starts,
     warnings: &'b mut Vec<Warning>,
 }
@@ -169,7 +174,7 @@ impl Finder<'_, '_> {
                     self.off_leg(place, off_leg_m);
                     return;
                 }
-                self.beside = Some((place, off_leg_m));
+                self.past = is_past_end(flown).then_some((place, off_leg_m));
                 let drone = &self.request.circumstances;
                 let since_m = drone.speed_mps * drone.place_age_s;
                 let since = match self.leg.length_m > 0.0 {
@@ -193,12 +198,12 @@ impl Finder<'_, '_> {
 
     fn back(&self, flown: f64, overrun_m: f64) -> Reentry {
         let at = (self.leg.from, flown);
-        self.leg.reentry(self.topology, at, overrun_m, self.beside)
+        self.leg.reentry(self.topology, at, overrun_m, self.past)
     }
 
     fn on(&self, flown: f64) -> Reentry {
         let at = (self.leg.to, flown);
-        self.leg.reentry(self.topology, at, 0.0, self.beside)
+        self.leg.reentry(self.topology, at, 0.0, self.past)
     }
 
     /// True when a drone at a place on the leg may come to its start: it is open, or the drone is there.
@@ -265,16 +270,14 @@ impl Finder<'_, '_> {
             return false;
         }
         // One that has landed past its node, as near as places are exact, stands there.
-        let is_beside =
-            |&(_, off_m): &(Point, f64)| from_m.min(to_m) > 0.0 || off_m > AT_NODE_WITHIN_M;
-        let beside = self.beside.filter(is_beside);
+        let past = self.past.filter(|&(_, past_m)| past_m > AT_NODE_WITHIN_M);
         let node = if from_m <= to_m {
             self.leg.from
         } else {
             self.leg.to
         };
         let at = (node, drone.reported);
-        let way = self.leg.reentry(self.topology, at, 0.0, beside);
+        let way = self.leg.reentry(self.topology, at, 0.0, past);
         if self.closed.closes_node(way.node) {
             self.warnings.push(Warning::StartClosed { node: way.node });
         }
