@@ -114,12 +114,12 @@ async fn revisions_are_consecutive(open: Open) {
     assert_eq!((state.head, state.oldest, state.zones), (3, 0, 2));
     assert_eq!(state.topology, version(1));
     let read = found(store.changes(&changes(1)).await);
-    let found: Vec<(u64, &str)> = read
+    let changed: Vec<(u64, &str)> = read
         .changes
         .iter()
         .map(|change| (change.revision, change.id.as_str()))
         .collect();
-    assert_eq!(found, [(2, "a"), (2, "b"), (2, ""), (3, "a")]);
+    assert_eq!(changed, [(2, "a"), (2, "b"), (2, ""), (3, "a")]);
     assert!(
         read.changes
             .iter()

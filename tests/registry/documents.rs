@@ -289,7 +289,7 @@ async fn documents_come_in_pages(open: Open) {
     assert_eq!(count(None).await, Ok(450));
     assert_eq!(count(Some("mall")).await, Ok(150));
     assert_eq!(count(Some("nobody")).await, Ok(0));
-    for (states, expected) in [(&["created"][..], 38), (&["created", "assigned"], 76)] {
+    for (states, expected) in [(&["created"][..], 38), (&["created", "assigned"][..], 76)] {
         let counted = store.count_deliveries("mall", states).await;
         assert_eq!(counted, Ok(expected), "{states:?}");
     }

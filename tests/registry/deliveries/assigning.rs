@@ -290,7 +290,8 @@ async fn no_drone_is_sent_that_comes_after_its_service_closes() {
     world.put_drone("swift:far", "tower").await;
     world.assign().await;
     assert_eq!(world.drone_of(&id).await, "");
-    let quote = world.dispatch.create_quote(&customer("shop"), quoted());
+    let shop = customer("shop");
+    let quote = world.dispatch.create_quote(&shop, quoted());
     let next_week = quote.await.expect("a quote").request.start_time;
     assert_eq!(next_week.as_deref(), Some("2026-12-04T07:00:00Z"));
     world.put_drone("swift:near", "depot").await;

@@ -262,7 +262,8 @@ async fn a_customer_has_so_many_orders_at_once_and_no_more() {
     let (other, options) = (customer("other"), WriteOptions::default());
     let of_another = world.dispatch.create_delivery(&other, &order, &options);
     of_another.await.expect("room for others");
-    let called_off = world.dispatch.cancel_delivery(&customer("shop"), &first);
+    let shop = customer("shop");
+    let called_off = world.dispatch.cancel_delivery(&shop, &first);
     called_off.await.expect("it waits");
     world.try_order(&order).await.expect("room again");
 }
