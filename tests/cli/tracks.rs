@@ -1,6 +1,7 @@
 //! What is told of a delivery that is followed.
 
 #![expect(
+    clippy::disallowed_methods,
     clippy::disallowed_types,
     reason = "a registry that tells what a test says"
 )]

@@ -166,7 +166,7 @@ async fn closures_travel_as_zones_do() {
 
 #[tokio::test]
 async fn a_drones_report_closes_its_leg_at_every_edge_until_it_ends() {
-    let (central, north, south) = Outpost::pair().await;
+    let (_central, north, south) = Outpost::pair().await;
     let report = async |id: &str, outpost: &Outpost| {
         let telemetry = skyway::wire::Telemetry {
             positions: vec![json!({"drone_id": "d1", "location": {"x": 140.0, "y": 0.0}})],

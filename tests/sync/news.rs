@@ -79,7 +79,7 @@ async fn news_wait_for_a_registry_that_is_away_and_are_told_in_their_order() {
 
 #[tokio::test]
 async fn what_was_lost_on_its_way_back_is_sent_again_and_taken_once() {
-    let (central, north) = Outpost::alone().await;
+    let (_central, north) = Outpost::alone().await;
     north.line.lose_answers(true);
     order(&north, 0).await;
     let sent_thrice = async || north.line.news_sent().len() > 2;

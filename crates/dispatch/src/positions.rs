@@ -76,7 +76,8 @@ impl Dispatch {
             let drones: BTreeSet<String> = rows.iter().map(|row| row.drone.clone()).collect();
             let mut strangers = BTreeSet::new();
             for drone in drones {
-                if self.is_enrolled_elsewhere(&drone, network).await? {
+                let asked = (&*self.documents, self.clock.now());
+                if self.enrolled.is_elsewhere(&drone, network, asked).await? {
                     strangers.insert(drone);
                 }
             }
