@@ -1,9 +1,7 @@
 //! A drone on the first stretch of a version is on a leg of its plan like any other.
 
-use crate::flying;
 use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle, names};
-use jiff::SignedDuration;
 use serde_json::{Value, json};
 use skyway::wire::{self, PlanFlag, StretchKind};
 
@@ -85,23 +83,6 @@ async fn the_next_answer_begins_on_the_leg_that_the_drone_is_on() {
     let wanted = stage.plan("p").wanted.expect("another way round");
     assert_eq!(stretch(&wanted), json!(["a3", "a4", "a3", 40.0]));
     assert_eq!(names(&wanted.path.nodes)[..2], ["a3", "a2"]);
-}
-
-/// What its flags say of a version with battery and clock, its first stretch says too.
-#[tokio::test]
-async fn a_version_that_cannot_stop_tells_where_it_turns() {
-    let stage = Stage::with(flying::settings());
-    let request = json!({"id": "p", "source": "a0", "destination": "a7"});
-    stage.deliver(request).await.expect("a plan");
-    stage.pass(SignedDuration::from_secs(30)).await;
-    stage.see("drone-p", 310.0, 0.0).await;
-    stage.zone(circle("ahead", 380.0, 0.0, 30.0)).await;
-    let wanted = stage.plan("p").wanted.expect("a way back");
-    assert_eq!(wanted.flags, [wire::Flag::CannotStop]);
-    let stretch = wanted.first_stretch.expect("a first stretch");
-    let overrun_m = stretch.overrun_m.expect("an overrun");
-    assert!(overrun_m > 40.0, "it comes into the zone");
-    assert!((stretch.length_m - (10.0 + 2.0 * overrun_m)).abs() < 1e-6);
 }
 
 #[tokio::test]

@@ -131,7 +131,7 @@ impl Edge {
             at: case.now,
             acknowledge_by: case.now.checked_add(acknowledge_within).ok(),
         };
-        let stretch = Stretch::of_answer(scene.airspace, answer.told());
+        let stretch = Stretch::of_answer(scene.airspace, &case.request.report, answer.told());
         let course = Course { stretch, ..course };
         Some(Version::of(course, answer.told(), scene.topology(), sent))
     }

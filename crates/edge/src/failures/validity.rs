@@ -40,8 +40,9 @@ pub(crate) fn still_holds(
     if way.nodes.is_empty() {
         return record.airspace.revision() == airspace.revision();
     }
-    let location = record.settled.request.report.location;
-    let stretch = Stretch::of_answer(&record.airspace, record.answer.told());
+    let report = &record.settled.request.report;
+    let location = report.location;
+    let stretch = Stretch::of_answer(&record.airspace, report, record.answer.told());
     let ahead = stretch.as_ref().map(|stretch| (stretch, stretch.begin()));
     if !progress::closures_on(ahead, airspace).is_empty() {
         return false;

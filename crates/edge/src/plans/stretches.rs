@@ -3,7 +3,9 @@
 
 use skyway_engine::airspace::{Airspace, Closure};
 use skyway_engine::compose::Occupation;
-use skyway_engine::flight::{FirstStretch, Reentry, StretchKind, StretchLeg};
+use skyway_engine::flight::{
+    FailureReport, FirstStretch, Location, Reentry, StretchKind, StretchLeg,
+};
 use skyway_engine::geo::Point;
 use skyway_engine::network::{Correspondence, NodeIx, Topology};
 use skyway_engine::recompose::Recomposition;
@@ -18,8 +20,18 @@ pub(crate) struct Stretch {
 
 impl Stretch {
     /// How the drone of an answer comes to the first node of its way. What its own report closes for others it knows of.
-    pub(crate) fn of_answer(airspace: &Airspace, told: &Recomposition) -> Option<Self> {
-        let mut stretch = Self::of(airspace, told.reentry)?;
+    pub(crate) fn of_answer(
+        airspace: &Airspace,
+        report: &FailureReport,
+        told: &Recomposition,
+    ) -> Option<Self> {
+        let mut stretch = match told.reentry {
+            Some(_) => Self::of(airspace, told.reentry),
+            None => {
+                let first = *told.path.nodes.first()?;
+                Self::between(airspace, report, first, told.first_stretch_m)
+            }
+        }?;
         let segment = stretch.reentry.stretch.leg.and_then(|leg| leg.segment);
         if let Some(segment) = segment {
             let id = airspace.topology().segment_id(segment);
@@ -38,6 +50,46 @@ impl Stretch {
         let begin = stretch.begin();
         let knew = stretch.met_by(airspace, begin);
         Some(Self { knew, ..stretch })
+    }
+
+    /// The stretch of an answer that tells nothing but the node and the length.
+    pub(crate) fn between(
+        airspace: &Airspace,
+        report: &FailureReport,
+        first: NodeIx,
+        length_m: f64,
+    ) -> Option<Self> {
+        let topology = airspace.topology();
+        let (from, to) = report.leg;
+        let [behind, ahead] = [from, to].map(|node| topology.position(node));
+        // Where the place is unknown, it is the one farther off.
+        let begin = match report.location {
+            Location::At(place) => place,
+            Location::LegStart => behind,
+            Location::Unknown if first == from => ahead,
+            Location::Unknown => behind,
+        };
+        let is_on_leg = first == from || first == to;
+        let leg = is_on_leg.then(|| StretchLeg {
+            from,
+            to,
+            segment: topology.segment_between(from, to),
+            fraction: begin.fraction_along(behind, ahead),
+        });
+        let reentry = Reentry {
+            node: first,
+            stretch: FirstStretch {
+                kind: match is_on_leg {
+                    true => StretchKind::Leg,
+                    false => StretchKind::Straight,
+                },
+                leg,
+                length_m,
+                overrun_m: 0.0,
+                begin,
+            },
+        };
+        Self::of(airspace, (length_m > 0.0).then_some(reentry))
     }
 
     /// The same on another network; `None` where its node is gone.

@@ -247,11 +247,13 @@ impl Planner for Flown {
         };
         // Also where it flies on as it was: its legs, its stops and their pads are at other times now.
         let (version, way) = flight.version.as_ref()?;
+        let first = *way.way.nodes.first()?;
+        let stretch_m = answer.told.first_stretch_m;
         Some(Course {
             composition: way.clone(),
             flight: Some(version.clone()),
             departs_at: flight.departs_at,
-            stretch: Stretch::of(scene.airspace, answer.told.reentry),
+            stretch: Stretch::between(scene.airspace, &request.report, first, stretch_m),
             stops: without_end(&request.onward),
         })
     }
