@@ -312,7 +312,7 @@ class Reading:
 
     def away(self, along_m: float) -> float:
         """How far it is to an end of the leg: from past that, as far as the drone is from it."""
-        is_past = self.where == "leg" and not 0 < self.at_m < self.length_m
+        is_past = self.where == "leg" and min(self.fraction, 1 - self.fraction) < 1e-6
         return max(along_m, self.aside_m) if is_past else along_m
 
     def may_have_passed(self) -> bool:

@@ -99,7 +99,7 @@ impl<'a> Leg<'a> {
         let is_shut = segment.is_some_and(|segment| world.closed_segments.contains(&segment));
         let past_m = match world.place {
             Place::At(spot) => match projected(ends, spot) {
-                (along, _) if 0.0 < along && along < 1.0 => 0.0,
+                (along, _) if along.min(1.0 - along) >= 1e-6 => 0.0,
                 (_, off_m) => off_m,
             },
             Place::AtStart | Place::Unknown => 0.0,

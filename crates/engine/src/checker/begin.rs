@@ -200,7 +200,7 @@ fn along_m(way: Way, stretch: &Stretch, drone: &Drone<'_>, leg: &OnLeg) -> f64 {
         return leg.length_m;
     };
     let flown_m = flown * leg.length_m;
-    let is_past = flown <= 0.0 || flown >= 1.0;
+    let is_past = flown.min(1.0 - flown) < 1e-6;
     let past_m = if is_past { leg.off_m } else { 0.0 };
     match way {
         Way::Back => {

@@ -107,9 +107,9 @@ impl Leg {
     }
 }
 
-/// Whether a drone is level with an end of its leg or past it, by the fraction that it has flown.
+/// Whether a drone is level with an end of its leg or past it, by the fraction that it has flown, as exact as that is.
 pub(crate) fn is_past_end(flown: f64) -> bool {
-    flown <= 0.0 || flown >= 1.0
+    flown.min(1.0 - flown) < 1e-6
 }
 
 /// Where on its leg a drone is.
