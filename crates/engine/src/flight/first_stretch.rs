@@ -87,7 +87,7 @@ impl Reentry {
         }
     }
 
-    /// Along its leg from a place for so many metres, an overrun there and back included; at the node where they are none.
+    /// Along its leg from a place, over a length in metres that includes an overrun there and back; at the node where it is 0.
     pub fn along(
         node: NodeIx,
         leg: StretchLeg,

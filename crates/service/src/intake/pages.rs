@@ -54,7 +54,7 @@ impl PageRequest {
     }
 }
 
-/// The entries of an ordered map that pass a test, at most so many after a key; and the key of the last one where more come
+/// The entries of an ordered map that pass a test, at most a page of them after a key; and the key of the last one where more come
 /// after it.
 pub fn filtered<K: Ord + Clone, V: Clone>(
     map: &OrdMap<K, V>,
