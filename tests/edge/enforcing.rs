@@ -1,5 +1,6 @@
 //! What closes is in force before any plan is looked at; plans are then replanned in their order, a few at a time.
 
+use crate::flights_change::acknowledge;
 use crate::flying;
 use crate::memory_disk::MemoryDisk;
 use crate::stage::{Stage, circle, names};
@@ -12,7 +13,7 @@ use skyway::edge::{
 use skyway::formats::parse_report;
 #[cfg(feature = "planted")]
 use skyway::planted::{Bug, here};
-use skyway::wire::{self, EventKind, PlanFlag};
+use skyway::wire::{self, EventKind, PlanFlag, PlanState};
 use std::pin::pin;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::task::{Context, Poll, Waker};
@@ -276,6 +277,22 @@ async fn those_in_the_air_come_first_and_then_those_who_reach_the_zone_first() {
     let affected = of_kind(&told, EventKind::PlanAffected);
     let order: Vec<&Value> = affected.iter().map(|data| &data["plan"]["id"]).collect();
     assert_eq!(order, ["near", "middle", "far", "waiting"]);
+}
+
+#[tokio::test]
+async fn who_is_to_start_later_starts_no_sooner_around_a_zone() {
+    let stage = Stage::set();
+    let later = stage.edge.clock().now() + SignedDuration::from_hours(10);
+    let waiting = json!({"id": "p", "drone_id": "d", "source": "a0", "destination": "a7", "start_time": later.to_string()});
+    stage.deliver(waiting).await.expect("a plan");
+    stage.zone(circle("z", 400.0, 0.0, 10.0)).await;
+    let wanted = stage.plan("p").wanted.expect("a way around");
+    assert_eq!(wanted.departs_at, later.to_string());
+    acknowledge(&stage, "p", wanted.version).await;
+    stage.pass(SignedDuration::from_hours(9)).await;
+    let plan = stage.plan("p");
+    assert_eq!((plan.state, plan.ended_as), (PlanState::Accepted, None));
+    assert!(!plan.flags.contains(&PlanFlag::Overdue), "{:?}", plan.flags);
 }
 
 #[tokio::test]

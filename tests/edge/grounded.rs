@@ -107,6 +107,23 @@ async fn a_drone_whose_way_closes_while_it_stands_holds_until_it_opens() {
 }
 
 #[tokio::test]
+async fn a_round_trip_that_holds_at_home_is_not_over() {
+    let stage = on(&street(&[2, 2, 2]));
+    let stops = json!([{"node": "s2", "service_s": 60}]);
+    let asked =
+        json!({"id": "p", "drone_id": "d", "source": "s0", "destination": "s0", "stops": stops});
+    stage.deliver(asked).await.expect("a plan");
+    close(&stage, "s0-s1").await;
+    let plan = takes_over(&stage).await;
+    let hold = ("hold".to_owned(), vec!["s0".to_owned()]);
+    assert_eq!(told(Some(&plan.reported)), hold);
+    stands(&stage).await;
+    stage.pass(SignedDuration::from_secs(120)).await;
+    stands(&stage).await;
+    assert_eq!(stage.plan("p").ended_as, None, "nothing has been served");
+}
+
+#[tokio::test]
 async fn a_drone_that_reports_from_its_pad_that_it_cannot_go_on_holds() {
     let stage = waiting().await;
     let answer = stage.answer(json!({

@@ -6,7 +6,7 @@ use crate::stage::{Stage, names, without};
 use jiff::SignedDuration;
 use serde_json::json;
 use skyway::edge::{AlarmFilter, PageRequest};
-use skyway::wire::{AlarmKind, EndedAs};
+use skyway::wire::{AlarmKind, EndedAs, Release};
 
 #[tokio::test]
 async fn the_drones_of_plans_that_a_new_network_ends_are_told_and_who_flies_is_alarmed() {
@@ -54,19 +54,19 @@ async fn who_has_another_plan_is_no_alarm_any_more() {
     stage.pass(SignedDuration::from_secs(25)).await;
     stage.see("d1", 250.0, 0.0).await;
     stage.rebuild(|draft| without(draft, "a7")).await;
-    let open = |stage: &Stage| {
-        let alarms = stage.edge.alarms(
-            &stage.caller,
-            &PageRequest::default(),
-            AlarmFilter::default(),
-        );
-        let alarms = alarms.expect("alarms").alarms;
-        let open = alarms.iter().filter(|alarm| alarm.ended_at.is_none());
-        open.count()
-    };
-    assert_eq!(open(&stage), 1);
+    assert_eq!(open_alarms(&stage), 1);
     stage.compose("next", "d1", "a2", "a0").await;
-    assert_eq!(open(&stage), 0);
+    assert_eq!(open_alarms(&stage), 0);
+}
+
+fn open_alarms(stage: &Stage) -> usize {
+    let filter = AlarmFilter::default();
+    let alarms = stage
+        .edge
+        .alarms(&stage.caller, &PageRequest::default(), filter);
+    let alarms = alarms.expect("alarms").alarms;
+    let open = alarms.iter().filter(|alarm| alarm.ended_at.is_none());
+    open.count()
 }
 
 #[tokio::test]
@@ -86,4 +86,22 @@ async fn who_flies_on_over_what_is_left_of_its_way_is_found_on_it() {
         names(&wanted.path.nodes).contains(&"b7".to_owned()),
         "{wanted:?}"
     );
+}
+
+#[tokio::test]
+async fn what_became_of_a_lost_plan_can_be_said_where_its_way_is_gone() {
+    for node in ["a7", "a6"] {
+        let stage = Stage::set();
+        stage.compose("p", "d1", "a0", "a7").await;
+        stage.pass(SignedDuration::from_hours(24)).await;
+        assert_eq!(stage.plan("p").ended_as, Some(EndedAs::Lost));
+        assert_eq!(open_alarms(&stage), 1);
+        stage.rebuild(|draft| without(draft, node)).await;
+        let release = Release {
+            ended_as: EndedAs::Delivered,
+        };
+        let released = stage.edge.release_plan(&stage.caller, "p", release);
+        released.await.expect("released");
+        assert_eq!(open_alarms(&stage), 0);
+    }
 }

@@ -243,6 +243,56 @@ async fn a_pad_that_a_lost_drone_was_to_land_on_is_taken_until_it_is_released() 
     assert!(is_free(&stage).await);
 }
 
+async fn completes(stage: &Stage, plan: &str, node: &str) {
+    let place = json!({"location": {"node": node}});
+    let completion = serde_json::from_value(place).expect("a completion");
+    let ended = stage.edge.complete_plan(&stage.caller, plan, completion);
+    ended.await.expect("ended");
+}
+
+/// A plan along the street whose drone is not heard of.
+async fn lost() -> Stage {
+    let stage = on(&street(&PADS));
+    flown(&stage).await;
+    stage.pass(SignedDuration::from_mins(180)).await;
+    assert_eq!(stage.plan("first").ended_as, Some(EndedAs::Lost));
+    stage
+}
+
+#[tokio::test]
+async fn late_word_of_a_lost_plan_moves_no_drone_that_has_flown_since() {
+    let stage = lost().await;
+    let next = json!({"id": "next", "drone_id": "d1", "source": "s0", "destination": "s2"});
+    stage.deliver(next).await.expect("a plan");
+    stage.pass(SignedDuration::from_mins(3)).await;
+    completes(&stage, "next", "s2").await;
+    completes(&stage, "first", "s1").await;
+    assert_eq!(standing(&stage), [pair("d1", "s2")]);
+    assert!(is_free(&stage).await);
+}
+
+#[tokio::test]
+async fn a_plan_whose_drone_is_found_on_a_pad_after_all_is_not_forgotten() {
+    let stage = lost().await;
+    let release = wire::Release {
+        ended_as: EndedAs::Lost,
+    };
+    let released = stage.edge.release_plan(&stage.caller, "first", release);
+    released.await.expect("released");
+    completes(&stage, "first", "s1").await;
+    for number in 0..=1_000 {
+        let request = json!({"id": format!("p{number}"), "drone_id": "d2", "source": "s0", "destination": "s2"});
+        let plan = stage.deliver(request).await.expect("a plan");
+        let cancelled = stage
+            .edge
+            .cancel_plan(&stage.caller, &plan.id, Default::default());
+        cancelled.await.expect("cancelled");
+    }
+    assert_eq!(stage.plan("first").ended_as, Some(EndedAs::Delivered));
+    tells(&stage, 1_000.0, json!({"airborne": true})).await;
+    assert!(standing(&stage).is_empty());
+}
+
 #[tokio::test]
 async fn a_plan_that_is_overdue_at_a_full_pad_is_alarmed() {
     let stage = on(&street(&PADS));

@@ -125,7 +125,11 @@ fn is_last_leg(topology: &Topology, plan: &PlanEntry, drones: &Drones, now: Time
     match progress::progress(topology, plan, drones, now).filter(|_| legs > 0) {
         Some(progress) => progress.leg + 1 == legs,
         // Nothing is left to be flown but a first stretch, unless it waits at its end for a way.
-        None => version.is_diversion() || version.last_node() == Some(plan.destination),
+        None => {
+            let has_stops_ahead = version.stops_flown() < version.stops.len();
+            let is_at_end = version.last_node() == Some(plan.destination) && !has_stops_ahead;
+            version.is_diversion() || is_at_end
+        }
     }
 }
 

@@ -12,14 +12,14 @@ use crate::plans::stretches::Stretch;
 use crate::replanning::Causes;
 use crate::scratches::Scratches;
 use jiff::Timestamp;
-use skyway_contract as wire;
+use skyway_contract::{self as wire, PlanState};
 use skyway_engine::airspace::{Airspace, Change, Closure};
 use skyway_engine::checked::{
     self, Alternatives, Case, Checked, FallenBackTo, Known, check_answer,
 };
 use skyway_engine::checker::Fault;
 use skyway_engine::compose::{compose, with_contingencies};
-use skyway_engine::flight::{FailureReport, FailureType, Location, Reentry, ServiceStop};
+use skyway_engine::flight::{Aloft, FailureReport, FailureType, Location, Reentry, ServiceStop};
 use skyway_engine::network::{NodeIx, Topology};
 use skyway_engine::recompose::{
     Outcome, Recomposition, Request, Scratch, Strategy, World, recompose,
@@ -212,10 +212,14 @@ impl Planner for ByDistance {
         let composition = self.searching(scene.topology(), |scratch| {
             with_contingencies(&world, way, stretch_m, destination, speed_mps, scratch)
         });
+        // Who is to start later starts no sooner for that.
+        let waits =
+            plan.state == PlanState::Accepted && request.circumstances.aloft == Aloft::Grounded;
+        let starts_at = plan.reported.departs_at.max(scene.now);
         Some(Course {
             composition,
             flight: None,
-            departs_at: scene.now,
+            departs_at: if waits { starts_at } else { scene.now },
             stretch: Stretch::of(scene.airspace, told.reentry),
             stops: without_end(&request.onward),
         })

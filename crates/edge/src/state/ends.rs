@@ -376,7 +376,10 @@ impl State {
         }
         self.leave_landed(plan);
         self.end_plan_alarms(&plan.id, &[AlarmKind::Lost]);
-        let landed_on = landed_at.and_then(|node| self.pad_landed_on(plan, node));
+        // It may take a pad again, and is forgotten once it takes nothing.
+        self.over.retain(|id| *id != plan.id);
+        let landed_on = landed_at.filter(|_| !self.has_flown_since(plan));
+        let landed_on = landed_on.and_then(|node| self.pad_landed_on(plan, node));
         let plan = self.with_end_of_delivery(plan, ended_as, landed_at);
         let plan = self.keep_plan(PlanEntry {
             ended_as: Some(ended_as),
@@ -391,6 +394,16 @@ impl State {
             self.forget_later(&plan.id);
         }
         plan
+    }
+
+    /// Whether the drone of a plan that has ended has departed on another one since: where it landed before it does not stand.
+    fn has_flown_since(&self, plan: &PlanEntry) -> bool {
+        plan.drone_id.as_deref().is_some_and(|drone| {
+            let landed = self.next.landed.get(drone);
+            let flown = self.next.plan_of_drone(drone);
+            landed.is_some_and(|other| *other != plan.id)
+                || flown.is_some_and(|other| other.state != PlanState::Accepted)
+        })
     }
 
     /// Ends a plan, which may take something beyond its end.

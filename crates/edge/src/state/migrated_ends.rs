@@ -7,6 +7,7 @@ use super::migrated_plans::{
 };
 use crate::planner::Version;
 use crate::plans::entry::{LandedOn, PlanEntry};
+use skyway_contract::AlarmKind;
 use skyway_engine::compose::{Change, Composition};
 use skyway_engine::network::NodeIx;
 use skyway_engine::routing::Path;
@@ -27,6 +28,7 @@ impl State {
         let Some(((source, destination), current)) = carried else {
             self.next.plans.remove(&plan.id);
             self.over.retain(|id| *id != plan.id);
+            self.end_plan_alarms(&plan.id, &[AlarmKind::Lost]);
             return;
         };
         let is_off_its_pad = plan.landed_on.is_some() && landed_on.is_none();
@@ -47,7 +49,7 @@ impl State {
 }
 
 /// What a plan still takes where some of the way that it was flown on is gone: its last legs, with their stops, or the node that its
-/// drone stands on; with its ends. `None` where it takes nothing.
+/// drone stands on, or may be at, so that it can be said what became of it; with its ends. `None` where it takes nothing.
 fn end_of_way(
     plan: &PlanEntry,
     landed_on: Option<LandedOn>,
@@ -60,8 +62,12 @@ fn end_of_way(
     let left = (takes_more && !legs.is_empty()).then(|| part_carried(plan, legs, change));
     let left = left.flatten().or_else(|| {
         let nothing = nothing_left_of(&plan.reported);
+        let node = |node| change.correspondence.node(node);
+        let last = plan.reported.last_node().and_then(node);
+        let may_be_at = || last.or(node(plan.source)).filter(|_| plan.holds);
+        let at = landed_on.map(|landed| landed.node).or_else(may_be_at)?;
         let way = Path {
-            nodes: vec![landed_on?.node],
+            nodes: vec![at],
             segments: Vec::new(),
         };
         Some(Version {
