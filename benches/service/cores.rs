@@ -41,7 +41,8 @@ pub(crate) fn of_servers(program: &str) -> Command {
 pub(crate) fn processor_time(pid: &str) -> Result<Duration> {
     let mut sum = Duration::ZERO;
     for task in std::fs::read_dir(format!("/proc/{pid}/task"))? {
-        sum += time_of_thread(&task?.path())?;
+        // A thread may have ended since it was listed.
+        sum += time_of_thread(&task?.path()).unwrap_or_default();
     }
     Ok(sum)
 }

@@ -290,13 +290,16 @@ impl Dispatch {
 }
 
 /// When the service of an order opens, where it is closed, and else when it closes. What was quoted is flown at the times that
-/// were promised.
+/// were promised, as long as they are ahead.
 fn hours_of(
     order: &Order,
     service: Option<&PublishedService>,
     now: Timestamp,
 ) -> (Option<Timestamp>, Option<Timestamp>) {
-    let service = service.filter(|_| order.delivery.quote_id.is_none());
+    let promised_at = order.delivery.promised_at.as_deref();
+    let promised_at: Option<Timestamp> = promised_at.and_then(|at| at.parse().ok());
+    let is_promised = order.delivery.quote_id.is_some() && promised_at.is_none_or(|at| now <= at);
+    let service = service.filter(|_| !is_promised);
     // Hours that cannot be read were refused when the service was published.
     let hours = service.and_then(|it| Hours::read(&it.time_zone, &it.hours).ok());
     let Some(hours) = hours else {

@@ -195,6 +195,13 @@ impl Dispatch {
         Ok(Err(passed_over))
     }
 
+    /// Whether nothing of a provider is offered for now.
+    pub(super) async fn is_suspended(&self, provider: &str) -> Result<bool, Refusal> {
+        let mut sellers = Sellers::default();
+        let seller = self.seller(provider, false, &mut sellers).await?;
+        Ok(seller.is_suspended)
+    }
+
     /// A provider, with its free drones where they count.
     async fn seller<'s>(
         &self,

@@ -129,6 +129,10 @@ impl Dispatch {
             let detail = format!("the quote '{id}' was accepted before");
             return Err(Refusal::new(Code::AlreadyExists, detail));
         }
+        if self.is_suspended(&quote.value.provider).await? {
+            let service = &quote.value.request.service_id;
+            return Err(no_offer(&[Misfit::Suspended.of(service)]));
+        }
         let now = self.clock.now();
         let expires_at: Option<Timestamp> = quote.value.expires_at.parse().ok();
         let Some(expires_at) = expires_at.filter(|expires_at| *expires_at > now) else {

@@ -1,6 +1,6 @@
 //! Which drone flies which order, and what an order waits for.
 
-use super::ordering::quoted;
+use super::ordering::{accepting, quoted};
 use super::world::{SERVICE, World, customer, errand, of};
 use jiff::Timestamp;
 use serde_json::json;
@@ -297,6 +297,27 @@ async fn no_drone_is_sent_that_comes_after_its_service_closes() {
     world.put_drone("swift:near", "depot").await;
     world.assign().await;
     assert_eq!(world.drone_of(&id).await, "swift:near");
+}
+
+#[tokio::test]
+async fn what_was_promised_is_not_flown_after_closing_once_that_is_past() {
+    let world = World::with_drones(&["shop"]).await;
+    let hours = json!([{"days": ["FRI"], "from": "07:00", "until": "18:10"}]);
+    let service = json!({"time_zone": "UTC", "hours": hours});
+    world.put_service(&service).await;
+    let shop = customer("shop");
+    let quote = world.dispatch.create_quote(&shop, quoted());
+    let quote = quote.await.expect("a quote");
+    world.order("shop", "door").await;
+    world.assign().await;
+    let accepted = world.try_order(&accepting(&quote)).await.expect("an order");
+    // It is half past seven when another drone is free.
+    world.pass(90 * 60);
+    world.put_drone("swift:near", "depot").await;
+    world.assign().await;
+    assert_eq!(world.drone_of(&accepted.id).await, "");
+    let reason = world.reason(&accepted.id).await;
+    assert!(reason.contains("closed until"), "{reason}");
 }
 
 #[tokio::test]

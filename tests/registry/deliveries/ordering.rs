@@ -146,7 +146,7 @@ async fn quote_from(world: &World, start_time: Option<&str>) -> Quote {
     quote.await.expect("a quote")
 }
 
-fn accepting(quote: &Quote) -> DeliveryOrder {
+pub(super) fn accepting(quote: &Quote) -> DeliveryOrder {
     DeliveryOrder {
         quote_id: Some(quote.id.clone()),
         ..DeliveryOrder::default()
@@ -200,6 +200,28 @@ async fn a_quote_of_a_service_that_was_deleted_is_not_accepted() {
     );
     // Once it is offered again the quote still holds.
     world.put_service(&json!({})).await;
+    world.try_order(&accepting(&quote)).await.expect("an order");
+}
+
+#[tokio::test]
+async fn a_quote_of_a_provider_that_is_suspended_is_not_accepted() {
+    let world = World::with_drones(&["depot"]).await;
+    let quote = quote_from(&world, None).await;
+    let stands = |state: &'static str| {
+        let (world, body) = (&world, json!({"name": "Swift", "state": state}));
+        async move {
+            world
+                .put(DocumentKind::Provider, "swift", state, &body)
+                .await
+        }
+    };
+    stands("suspended").await;
+    let refused = world.try_order(&accepting(&quote)).await.unwrap_err();
+    assert_eq!(
+        (refused.code, refused.faults[0].code.as_str()),
+        (Code::NoOffer, "suspended")
+    );
+    stands("active").await;
     world.try_order(&accepting(&quote)).await.expect("an order");
 }
 

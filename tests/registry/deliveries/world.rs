@@ -149,7 +149,7 @@ impl World {
         self.hand.advance(SignedDuration::from_secs(seconds));
     }
 
-    async fn put(&self, kind: DocumentKind, id: &str, state: &str, body: &Value) {
+    pub(crate) async fn put(&self, kind: DocumentKind, id: &str, state: &str, body: &Value) {
         let before = self.documents.document(kind, id).await.expect("answers");
         let commit = Commit {
             puts: vec![Document {

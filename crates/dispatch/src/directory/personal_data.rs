@@ -127,6 +127,8 @@ impl Dispatch {
         }
         self.check_no_open_order(id).await?;
         self.strip_deliveries(id).await?;
+        // That takes a while: who has ordered meanwhile keeps its recipient.
+        self.check_no_open_order(id).await?;
         let kinds = [
             DocumentKind::Quote,
             DocumentKind::Recipient,

@@ -10,9 +10,13 @@ use crate::store::{Answer, KeptReply};
 
 impl Documents for SqlStore {
     fn document<'a>(&'a self, kind: DocumentKind, id: &'a str) -> Answer<'a, Option<Document>> {
-        Box::pin(
-            async move { asking!(self, |connection| documents::document(connection, kind, id)) },
-        )
+        Box::pin(async move {
+            // PostgreSQL takes no text with one, and so has none.
+            if id.contains('\0') {
+                return Ok(None);
+            }
+            asking!(self, |connection| documents::document(connection, kind, id))
+        })
     }
 
     fn documents<'a>(&'a self, query: &'a DocumentQuery) -> Answer<'a, Vec<Document>> {

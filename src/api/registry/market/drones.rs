@@ -7,6 +7,7 @@ use crate::api::rest::reading::JsonBody;
 use crate::api::rest::refusals;
 use crate::dispatch::Dispatch;
 use crate::wire::{FleetDrone, FleetDrones};
+use axum::http::HeaderMap;
 
 /// Lists the drones that the caller sees, by id.
 #[utoipa::path(
@@ -36,7 +37,13 @@ pub(super) async fn list_fleet_drones(
 )]
 pub(super) async fn get_fleet_drone(on: OnEntry) -> Answer {
     let drone = on.dispatch.fleet_drone(&on.caller, &on.id).await?;
-    read(&drone, &on.headers)
+    // Where it is changes without its version.
+    let nothing_known = HeaderMap::new();
+    let known = match drone.value.last {
+        Some(_) => &nothing_known,
+        None => &on.headers,
+    };
+    read(&drone, known)
 }
 
 /// Puts a drone under an id, new or in place of the version that `If-Match` names.
