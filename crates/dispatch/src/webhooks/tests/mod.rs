@@ -220,10 +220,8 @@ async fn who_takes_something_else_within_the_day_is_not_disabled() {
     assert_eq!(desk.webhook().await.state, WebhookState::Active);
 }
 
-#[tokio::test]
-async fn who_never_answers_takes_the_place_of_no_other() {
-    let desk = Desk::start(|_| "200 Taken").await;
-    // It is connected to, and nobody takes the call.
+/// Puts webhooks that are connected to and never answered; gives where each goes, which has to be kept.
+async fn hang(desk: &Desk, webhooks: &[String], each: usize) -> TcpListener {
     let nobody = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
     let address = nobody.local_addr().expect("has an address");
     let endpoint = Endpoint::new(&WebhookDraft {
@@ -231,28 +229,67 @@ async fn who_never_answers_takes_the_place_of_no_other() {
         events: Vec::new(),
     });
     let endpoint = endpoint.expect("random bits");
-    let document = endpoint.document(HANGING, "shop", 1, START);
+    for webhook in webhooks {
+        let document = endpoint.document(webhook, "shop", 1, START);
+        let waiting = (0..each).map(|number| Message {
+            id: format!("{webhook}-{number}"),
+            webhook: webhook.clone(),
+            // For longer than the other's.
+            due_ms: START - 1_000,
+            ..message(&format!("h-{number:03}"), 1, START)
+        });
+        let waiting = waiting.collect();
+        desk.commit(vec![document.expect("has a JSON form")], waiting)
+            .await;
+    }
+    nobody
+}
+
+/// How many messages to a webhook that hangs are being sent.
+async fn calls(desk: &Desk, webhook: &str) -> usize {
+    let hanging = desk.documents.messages(webhook, None, 1_000).await;
+    let hanging = hanging.expect("is in memory");
+    assert!(hanging.iter().all(|message| message.state == "pending"));
+    assert!(hanging.iter().all(|message| message.last_outcome.is_none()));
+    hanging
+        .iter()
+        .filter(|message| message.attempts > 0)
+        .count()
+}
+
+#[tokio::test]
+async fn who_never_answers_takes_the_place_of_no_other() {
+    let desk = Desk::start(|_| "200 Taken").await;
     // More than are looked at, or sent, at once.
-    let waiting = (0..400).map(|number| Message {
-        webhook: HANGING.to_owned(),
-        // For longer than the other's.
-        due_ms: START - 1_000,
-        ..message(&format!("h-{number:03}"), 1, START)
-    });
-    let waiting: Vec<Message> = waiting.collect();
-    desk.commit(vec![document.expect("has a JSON form")], waiting)
-        .await;
+    let hanging = [HANGING.to_owned()];
+    let _nobody = hang(&desk, &hanging, 400).await;
     desk.tell("d-1", 1..=3).await;
     for number in 1..=3 {
         let message = desk.settled("d-1", number, u32::MAX).await;
         assert_eq!(message.state, "delivered");
     }
-    let hanging = desk.documents.messages(HANGING, None, 1_000).await;
-    let hanging = hanging.expect("is in memory");
-    assert!(hanging.iter().all(|message| message.state == "pending"));
-    assert!(hanging.iter().all(|message| message.last_outcome.is_none()));
-    let called = hanging.iter().filter(|message| message.attempts > 0);
-    assert!((1..=32).contains(&called.count()));
+    assert!((1..=32).contains(&calls(&desk, HANGING).await));
+}
+
+#[tokio::test]
+async fn many_that_never_answer_leave_places_for_another() {
+    let desk = Desk::start(|_| "200 Taken").await;
+    let hanging: Vec<String> = (0..20)
+        .map(|number| format!("shop:h-{number:02}"))
+        .collect();
+    let _nobody = hang(&desk, &hanging, 40).await;
+    desk.tell("d-1", 1..=3).await;
+    for number in 1..=3 {
+        let message = desk.settled("d-1", number, u32::MAX).await;
+        assert_eq!(message.state, "delivered");
+    }
+    let mut all = 0;
+    for webhook in &hanging {
+        let calls = calls(&desk, webhook).await;
+        assert!(calls >= 1, "{webhook} is called too");
+        all += calls;
+    }
+    assert!(all < 256, "{all}");
 }
 
 #[tokio::test]
