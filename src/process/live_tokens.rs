@@ -102,3 +102,48 @@ impl LiveTokens {
         }
     }
 }
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use crate::config::NewToken;
+    use std::fs::{self, Permissions};
+    use std::os::unix::fs::PermissionsExt;
+
+    const NOW: Timestamp = Timestamp::UNIX_EPOCH;
+
+    fn permit(path: &Path, mode: u32) {
+        fs::set_permissions(path, Permissions::from_mode(mode)).expect("may be changed");
+    }
+
+    #[test]
+    fn a_token_that_is_taken_out_counts_no_more() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("tokens.toml");
+        let known = NewToken::of(&[7; 32], "operator", "desk", (None, None), None);
+        let known = known.expect("a token");
+        fs::write(&path, known.stanza()).expect("is written");
+        permit(&path, 0o600);
+        let live = LiveTokens {
+            path: path.clone(),
+            tokens: ArcSwap::from_pointee(Tokens::default()),
+            changed: watch::channel(0).0,
+        };
+        let counts = || live.tokens.load().find(&known.token, NOW).is_some();
+        let seen = live.look(None);
+        assert!(counts());
+
+        // The last one is taken out, and others may read the file until it is noticed.
+        fs::write(&path, "").expect("is written");
+        permit(&path, 0o644);
+        let seen = live.look(seen);
+        assert!(counts(), "what others could have written says nothing");
+        permit(&path, 0o600);
+        let seen = live.look(seen);
+        assert!(!counts());
+
+        fs::write(&path, known.stanza()).expect("is written");
+        live.look(seen);
+        assert!(counts());
+    }
+}

@@ -3,8 +3,9 @@
 use super::fault::{ConfigFault, ConfigWarning};
 use super::resolve::EffectiveConfig;
 use super::settings::Configuration;
-use super::tokens::Tokens;
+use super::tokens::{Tokens, TokensError};
 use std::net::{IpAddr, SocketAddr};
+use std::path::Path;
 
 /// What a daemon that may start is started with.
 #[derive(Clone, Debug)]
@@ -13,6 +14,16 @@ pub struct Admission {
     pub tokens: Option<Tokens>,
     /// What the operator should know of.
     pub warnings: Vec<ConfigWarning>,
+}
+
+/// The tokens that a daemon starts with: one at least, though all may be taken out of the file while it runs.
+fn load(path: &Path) -> Result<Tokens, TokensError> {
+    let tokens = Tokens::load(path)?;
+    if tokens.is_empty() {
+        let path = path.display().to_string();
+        return Err(TokensError::Empty { path });
+    }
+    Ok(tokens)
 }
 
 impl<C: Configuration> EffectiveConfig<C> {
@@ -26,7 +37,7 @@ impl<C: Configuration> EffectiveConfig<C> {
         self.check_admin_listener(&mut faults);
         self.check_clock(&mut faults);
         faults.extend(C::own_faults(self));
-        let tokens = self.config.exposure().tokens_file.map(Tokens::load);
+        let tokens = self.config.exposure().tokens_file.map(load);
         let tokens = tokens.transpose().unwrap_or_else(|error| {
             let origin = self.origin("tokens_file");
             faults.push(ConfigFault::Tokens { origin, error });

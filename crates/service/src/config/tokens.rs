@@ -153,11 +153,6 @@ impl Tokens {
                 ));
             }
         }
-        if tokens.is_empty() {
-            return Err(TokensError::Empty {
-                path: path.to_owned(),
-            });
-        }
         for entry in file.revoked {
             let digest = read_digest(&entry.get_ref().sha256);
             let digest = digest.map_err(|message| malformed(entry.span().start, message))?;
@@ -179,15 +174,20 @@ impl Tokens {
         ends.filter(|ends_at| *ends_at > now).min()
     }
 
-    /// When the file of tokens was last written, and how long it is: other tokens may be in it where that changes.
+    /// Whether there is none: no caller is let in.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// When the file of tokens, or who has access to it, was last changed, and how long it is: other tokens may be in it where
+    /// that changes.
     ///
     /// # Errors
     /// When it cannot be looked at.
     #[expect(clippy::disallowed_methods, reason = "the door to the file of tokens")]
     pub fn stamp(path: &Path) -> io::Result<(Timestamp, u64)> {
         let found = std::fs::metadata(path)?;
-        let written = Timestamp::try_from(found.modified()?).map_err(io::Error::other)?;
-        Ok((written, found.len()))
+        Ok((changed_at(&found)?, found.len()))
     }
 
     /// How many there are.
@@ -332,6 +332,19 @@ fn read(path: &Path) -> io::Result<(String, Option<u32>)> {
     Ok((text, mode))
 }
 
+/// When a file, or who has access to it, was last changed.
+#[cfg(unix)]
+fn changed_at(metadata: &std::fs::Metadata) -> io::Result<Timestamp> {
+    use std::os::unix::fs::MetadataExt;
+    let nanoseconds = i32::try_from(metadata.ctime_nsec()).map_err(io::Error::other)?;
+    Timestamp::new(metadata.ctime(), nanoseconds).map_err(io::Error::other)
+}
+
+#[cfg(not(unix))]
+fn changed_at(metadata: &std::fs::Metadata) -> io::Result<Timestamp> {
+    Timestamp::try_from(metadata.modified()?).map_err(io::Error::other)
+}
+
 #[cfg(unix)]
 pub(super) fn permissions(metadata: &std::fs::Metadata) -> Option<u32> {
     use std::os::unix::fs::PermissionsExt;
@@ -391,11 +404,10 @@ mod tests {
         let endless = format!("{good}ends_at = \"tomorrow\"\n");
         let no_digest = format!("{good}\n[[revoked]]\nsha256 = \"sky_secret\"\n");
         let messages = [
-            "", &leaked, &twice, &nobody, &blank, &extra, &endless, &no_digest, "[[token",
+            &leaked, &twice, &nobody, &blank, &extra, &endless, &no_digest, "[[token",
         ];
         let messages = messages.map(error);
         insta::assert_snapshot!(messages.join("\n"), @r"
-    tokens.toml has no token; `skyway token` makes one
     tokens.toml:1: sha256 is not 64 hexadecimal digits; write the digest of the token, never the token itself
     tokens.toml:6: this token is in the file twice
     tokens.toml:1: 'anyone' is no role: write drone, operator, edge, metrics, provider or customer
