@@ -16,15 +16,16 @@ use crate::api::operations::Operation;
 use crate::api::problem::{document, grpc_status};
 use crate::edge::{Code, Edge, Mail, MailStream, Refusal, Session};
 use crate::wire;
+use std::mem;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::task::{Context, Poll};
 use std::time::Duration;
-use tokio::time::{Sleep, sleep};
+use tokio::time::{Instant, Sleep, sleep};
 use tokio_stream::Stream;
 use tonic::{Status, Streaming};
 
-/// So soon a session needs a drone; one without drones is ended.
+/// So soon a session needs a drone, from its beginning or since its last one left; one without drones is ended.
 const HELLO_WITHIN: Duration = Duration::from_secs(10);
 /// So many requests are carried out before others have the thread.
 const IN_A_ROW: usize = 32;
@@ -40,6 +41,7 @@ pub(super) struct Conversation {
     answering: Option<Answering>,
     answer: Option<SessionResponse>,
     hello_by: Pin<Box<Sleep>>,
+    had_drones: bool,
     has_ended: bool,
 }
 
@@ -72,6 +74,7 @@ impl Conversation {
             answering: None,
             answer: None,
             hello_by: Box::pin(sleep(HELLO_WITHIN)),
+            had_drones: false,
             has_ended: false,
         }
     }
@@ -118,9 +121,14 @@ impl Conversation {
         &mut self,
         context: &mut Context<'_>,
     ) -> Poll<Option<Result<SessionResponse, Status>>> {
-        if self.speaker.session.drone_count() > 0
-            || self.hello_by.as_mut().poll(context).is_pending()
-        {
+        if self.speaker.session.drone_count() > 0 {
+            self.had_drones = true;
+            return Poll::Pending;
+        }
+        if mem::take(&mut self.had_drones) {
+            self.hello_by.as_mut().reset(Instant::now() + HELLO_WITHIN);
+        }
+        if self.hello_by.as_mut().poll(context).is_pending() {
             return Poll::Pending;
         }
         let detail = format!(

@@ -14,7 +14,7 @@ use serde_json::json;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::mpsc::{Sender, channel};
-use tokio::time::timeout;
+use tokio::time::{sleep, timeout};
 use tokio_stream::StreamExt;
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::client::Grpc;
@@ -297,4 +297,19 @@ async fn a_session_without_drones_is_ended() {
     let status = ended.expect_err("no drone came");
     assert!(status.message().contains("hello"), "{status:?}");
     assert!(line.told.next().await.is_none());
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_session_may_be_without_drones_for_as_long_as_at_its_beginning() {
+    let (_, _, mut line) = begun(simulated()).await;
+    line.hello("a").await;
+    // Its first ten seconds are over.
+    sleep(Duration::from_secs(20)).await;
+    let goodbye = proto::Goodbye {
+        drone_ids: vec!["a".to_owned()],
+    };
+    line.say(Some(1), Said::Goodbye(goodbye)).await;
+    assert!(matches!(line.told().await, (Some(1), Told::Goodbye(_))));
+    sleep(Duration::from_secs(5)).await;
+    line.hello("b").await;
 }
