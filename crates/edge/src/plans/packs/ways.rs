@@ -137,7 +137,7 @@ impl<'a> PackedVersion<'a> {
         Node {
             index: node.0,
             place: place.map(|coordinate| (coordinate * unit).round() as i32),
-            height_dm: height_m.map(|height_m| (height_m * HEIGHT_PER_METRE).round() as i16),
+            height_dm: height_m.and_then(height_dm),
         }
     }
 
@@ -357,8 +357,27 @@ impl<'a> PackedVersion<'a> {
     }
 }
 
+/// A height in decimetres; `None` where it is more than a pack can say.
+fn height_dm(height_m: f64) -> Option<i16> {
+    let height_dm = (height_m * HEIGHT_PER_METRE).round();
+    (height_dm.abs() <= f64::from(i16::MAX)).then_some(height_dm as i16)
+}
+
 /// A part of a battery, rounded up.
 fn battery_e4(part: f64) -> u16 {
     // Figures that were added up are a little beside a round one.
     (part * BATTERY - 1e-6).ceil().clamp(0.0, BATTERY) as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_height_that_a_pack_cannot_say_is_unknown() {
+        assert_eq!(height_dm(-12.34), Some(-123));
+        assert_eq!(height_dm(3_276.7), Some(i16::MAX));
+        assert_eq!(height_dm(3_640.0), None);
+        assert_eq!(height_dm(f64::NAN), None);
+    }
 }
