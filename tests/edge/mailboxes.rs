@@ -9,6 +9,7 @@ use serde_json::json;
 use skyway::edge::{Caller, Code, Mail, MailStream, Role, Session, ZoneWrite};
 use skyway::wire::{self, DroneMessage, MessageKind};
 use std::task::{Context, Poll, Waker};
+use std::time::Duration;
 use tokio_stream::{Stream, StreamExt};
 
 fn hello(drone: &str) -> wire::HelloDrone {
@@ -152,13 +153,8 @@ async fn of_the_versions_of_a_plan_only_the_newest_is_told() {
     assert!(!told.contains(&MessageKind::Version), "{told:?}");
 }
 
-#[tokio::test]
-async fn that_there_is_no_way_is_kept_until_the_drone_has_received_it() {
-    let stage = Stage::set();
-    stage.compose("p1", "d1", "a0", "a4").await;
-    stage.pass(SignedDuration::from_secs(15)).await;
-    stage.see("d1", 150.0, 0.0).await;
-    // All around it is closed.
+/// A zone around a drone on the first leg.
+fn ring() -> serde_json::Value {
     let outer = [
         [-50.0, -50.0],
         [750.0, -50.0],
@@ -173,12 +169,21 @@ async fn that_there_is_no_way_is_kept_until_the_drone_has_received_it() {
         [180.0, -20.0],
         [120.0, -20.0],
     ];
-    let around = json!({
+    json!({
         "type": "Feature", "id": "all",
         "geometry": {"type": "Polygon", "coordinates": [outer, hole]},
         "properties": {"margin_m": 0},
-    });
-    stage.zone(around).await;
+    })
+}
+
+#[tokio::test]
+async fn that_there_is_no_way_is_kept_until_the_drone_has_received_it() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a4").await;
+    stage.pass(SignedDuration::from_secs(15)).await;
+    stage.see("d1", 150.0, 0.0).await;
+    // All around it is closed.
+    stage.zone(ring()).await;
     stage.settle().await;
     let mut mail = stage.edge.mail(&stage.caller, "d1", None).expect("mail");
     let told = messages(&mut mail);
@@ -196,6 +201,24 @@ async fn that_there_is_no_way_is_kept_until_the_drone_has_received_it() {
     assert_eq!(receive(&stage, "d1", last).await, 0);
     let mut again = stage.edge.mail(&stage.caller, "d1", None).expect("mail");
     assert_eq!(messages(&mut again), []);
+}
+
+#[tokio::test]
+async fn a_drone_beside_its_way_that_finds_none_is_told_that_its_plan_is_affected() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a4").await;
+    stage.pass(SignedDuration::from_secs(15)).await;
+    stage.see("d1", 150.0, 0.0).await;
+    stage.zone(ring()).await;
+    stage.settle().await;
+    let mut answered = 0;
+    for number in 0..6 {
+        stage.pass(SignedDuration::from_secs(1)).await;
+        let told = stage.see("d1", 155.0 + f64::from(number), 60.0).await;
+        answered += usize::from(told.positions[0].recomposition_id.is_some());
+        assert!(told.positions[0].affected, "{told:?}");
+    }
+    assert!(answered > 0, "it is never answered");
 }
 
 #[tokio::test]
@@ -296,6 +319,42 @@ async fn a_drone_is_told_while_the_disk_hangs() {
         }
     }
     disk.set(Breakage::None);
+}
+
+#[tokio::test]
+async fn a_session_that_was_heard_before_the_clock_was_set_back_may_be_taken_over() {
+    let (stage, hands) = Stage::on_machine_clock();
+    let (first, _) = session(&stage, &["d1"]);
+    first.heard();
+    hands.step(-SignedDuration::from_hours(1));
+    let confirmed = stage.edge.confirm_clock(&stage.caller).await;
+    confirmed.expect("confirmed");
+    hands.advance(Duration::from_secs(16));
+    let (_second, welcome) = session(&stage, &["d1"]);
+    assert_eq!(welcome.drones, ["d1"], "{:?}", welcome.refused);
+}
+
+#[tokio::test]
+async fn a_plan_that_is_over_gets_no_contingencies() {
+    let stage = on(&street(&[2; 12]));
+    for number in 0..8 {
+        let (id, drone) = (format!("p{number}"), format!("d{number}"));
+        let asked = json!({"id": id, "drone_id": drone, "source": "s0", "destination": "s9",
+            "start_time": format!("2026-11-21T08:{number:02}:00Z")});
+        let asked = serde_json::from_value(asked).expect("a delivery request");
+        let composed = stage
+            .edge
+            .compose_plan(&stage.caller, asked, Default::default());
+        composed.await.expect("a plan");
+        // They are being worked out.
+        let cancelled = stage
+            .edge
+            .cancel_plan(&stage.caller, &id, Default::default());
+        cancelled.await.expect("cancelled");
+        stage.settle().await;
+        let mut mail = stage.edge.mail(&stage.caller, &drone, None).expect("mail");
+        assert_eq!(kinds(&messages(&mut mail)), [MessageKind::Ended]);
+    }
 }
 
 #[tokio::test]

@@ -2,11 +2,12 @@
 
 use crate::flights_change::{acknowledge, lift};
 use crate::flying::{instant, on, street, windowed};
+use crate::mailboxes::messages;
 use crate::stage::{DAWN, Stage, WAIT_AT_MOST, circle, names, node, segment};
 use jiff::SignedDuration;
 use serde_json::json;
 use skyway::network::NetworkDraft;
-use skyway::wire::EventKind;
+use skyway::wire::{EventKind, MessageKind};
 use tokio::time::timeout;
 use tokio_stream::StreamExt;
 
@@ -81,7 +82,7 @@ async fn every_plan_has_its_turn_to_be_offered_a_better_one() {
 async fn offered() -> (Stage, u32) {
     let stage = on(&block());
     let ack = stage.zone(circle("fire", 1_500.0, 0.0, 50.0)).await;
-    let request = json!({"id": "p", "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
+    let request = json!({"id": "p", "drone_id": "d", "source": "s0", "destination": "s2", "start_time": "2026-11-21T08:00:00Z"});
     stage.deliver(request).await.expect("a plan");
     let mut events = stage.edge.events(None).expect("a stream");
     lift(&stage, &ack, "fire").await;
@@ -101,10 +102,17 @@ async fn an_offer_may_be_taken() {
 #[tokio::test]
 async fn who_declines_an_offer_flies_on_as_before() {
     let (stage, version) = offered().await;
+    let drone = stage.plan("p").drone_id.expect("a drone").into_owned();
     let decline = serde_json::from_value(json!({"version": version})).expect("a decline");
     let declined = stage.edge.decline_plan(&stage.caller, "p", decline).await;
     declined.expect("declined");
     stage.settle().await;
     let plan = stage.plan("p");
     assert_eq!((plan.wanted, plan.flags), (None, Vec::new()));
+    let mut mail = stage.edge.mail(&stage.caller, &drone, None).expect("mail");
+    let told = messages(&mut mail);
+    assert!(
+        told.iter().all(|it| it.kind != MessageKind::NoWay),
+        "{told:?}"
+    );
 }

@@ -184,3 +184,43 @@ async fn one_that_falls_silent_while_the_wall_clock_is_behind_is_silent() {
     assert_eq!(stage.plan("p").state, PlanState::Contingent);
     assert!(is_alarmed(&stage));
 }
+
+#[tokio::test]
+async fn one_that_falls_silent_after_the_clock_was_set_back_is_silent() {
+    let (stage, hands) = Stage::on_machine_clock();
+    stage.compose("p", "d", "a0", "a7").await;
+    for _ in 0..20 {
+        hands.advance(Duration::from_secs(1));
+        is_seen_in_flight(&stage).await;
+        stage.settle().await;
+    }
+    hands.step(-SignedDuration::from_hours(1));
+    let confirmed = stage.edge.confirm_clock(&stage.caller).await;
+    confirmed.expect("confirmed");
+    is_seen_in_flight(&stage).await;
+    hands.advance(Duration::from_secs(17));
+    stage.settle().await;
+    assert_eq!(stage.plan("p").state, PlanState::Contingent);
+    assert!(is_alarmed(&stage));
+}
+
+#[tokio::test]
+async fn one_that_answers_late_is_no_longer_silent() {
+    let stage = Stage::set();
+    seen_for(&stage, 3).await;
+    stage.zone(circle("z", 450.0, 0.0, 10.0)).await;
+    stage.settle().await;
+    acknowledge(&stage, json!({"version": 2})).await;
+    falls_silent(&stage).await;
+    // It took this long to say what it flew before.
+    acknowledge(&stage, json!({"version": 1})).await;
+    assert!(!stage.plan("p").flags.contains(&PlanFlag::Silent));
+    assert!(!is_alarmed(&stage));
+
+    falls_silent(&stage).await;
+    let decline = serde_json::from_value(json!({"version": 1})).expect("a decline");
+    let declined = stage.edge.decline_plan(&stage.caller, "p", decline).await;
+    declined.expect("declined");
+    stage.settle().await;
+    assert!(!stage.plan("p").flags.contains(&PlanFlag::Silent));
+}

@@ -10,6 +10,7 @@ use jiff::{SignedDuration, Timestamp};
 use serde_json::Value;
 use skyway_contract as wire;
 use skyway_engine::geo::AltitudeReference;
+use skyway_engine::recompose::Outcome;
 use skyway_formats::ParsedReport;
 use skyway_service::access::Caller;
 use skyway_service::intake::{PageRequest, token};
@@ -299,8 +300,11 @@ fn read_instant(
 fn tell_answer(position: &mut wire::Position<'static>, record: &AnswerRecord) {
     let topology = record.airspace.topology();
     let version = record.plan.as_ref().and_then(|plan| plan.version.as_ref());
-    position.affected = version.is_some();
-    position.wanted = version.map(|version| views::version(topology, version));
+    // Where it changes nothing, what the drone was to fly before stands.
+    if let Some(version) = version {
+        position.affected |= version.outcome != Outcome::Unaffected;
+        position.wanted = Some(views::version(topology, version));
+    }
     position.recomposition_id = Some(Cow::Owned(record.id()));
 }
 

@@ -85,8 +85,8 @@ impl Content {
                 | Self::Declined,
                 Self::Version(_) | Self::Offer(_) | Self::Relieved,
             ) => true,
-            (Self::Contingencies(_), Self::Contingencies(_))
-            | (Self::WhereAreYou, Self::WhereAreYou) => true,
+            (Self::Contingencies(number), Self::Contingencies(other)) => number == other,
+            (Self::WhereAreYou, Self::WhereAreYou) => true,
             (Self::Alarm(kind, _), Self::Alarm(other, _)) => kind == other,
             // What became of a plan is told once more where an operator knows better.
             (Self::Ended(_), _) => true,
@@ -157,5 +157,17 @@ pub(crate) fn message_number(id: &str, lineage: u64) -> Result<u64, Refusal> {
             );
             Err(Refusal::new(Code::ParameterInvalid, detail))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contingencies_overtake_those_of_their_version() {
+        let first = Content::Contingencies(1);
+        assert!(first.overtakes(&Content::Contingencies(1)));
+        assert!(!Content::Contingencies(2).overtakes(&first));
     }
 }

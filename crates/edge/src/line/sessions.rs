@@ -216,7 +216,8 @@ impl Session {
             return Ok(Claimed::Fresh);
         };
         let heard_at = held.session.heard_at_us.load(Ordering::Relaxed);
-        let silent = SignedDuration::from_micros(now.as_microsecond() - heard_at);
+        // What was heard ahead of the clock was heard before it was set back.
+        let silent = SignedDuration::from_micros(now.as_microsecond() - heard_at).abs();
         if ends != Some(&*held.session.id) && silent < self.edge.settings.silent_after {
             let message = format!(
                 "drone '{drone}' is on another session: name it as ends_session to end that, or wait until nothing \
@@ -225,7 +226,8 @@ impl Session {
             );
             return Err(("drone_on_another_session", message));
         }
-        let again_at = held.taken_over_at.map(|at| at + TAKEOVER_EVERY);
+        let taken_over_at = held.taken_over_at.filter(|at| *at <= now);
+        let again_at = taken_over_at.map(|at| at + TAKEOVER_EVERY);
         if again_at.is_some_and(|again_at| now < again_at) {
             let message = format!(
                 "drone '{drone}' was taken over less than {} s ago; try again then",

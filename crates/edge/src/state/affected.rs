@@ -162,7 +162,7 @@ impl State {
         wanted: &Version,
         affected_by: Vec<String>,
     ) -> Affected {
-        let is_as_told = plan.flags.affected && plan.affected_by == affected_by;
+        let is_as_told = plan.flags.affected && are_same(&plan.affected_by, &affected_by);
         let marked = self.keep_plan(PlanEntry {
             flags: plan.flags.and_affected(),
             affected_by,
@@ -196,7 +196,7 @@ impl State {
             return Affected::Told(Box::new(detour));
         }
         let was_without_way = plan.flags.affected && plan.wanted.is_none();
-        let is_as_told = was_without_way && plan.affected_by == marked.affected_by;
+        let is_as_told = was_without_way && are_same(&plan.affected_by, &marked.affected_by);
         detour.version = version.as_ref().map(|version| version.number);
         let plan = self.replace_wanted(&marked, version);
         let plan = self.contingent_without_way(plan);
@@ -346,4 +346,24 @@ fn leads_no_further(plan: &PlanEntry, version: &Version) -> bool {
     let ends_there = plan.reported.ends_at_stop() && version.ends_at_stop();
     let waits_on = plan.waits_at().is_some() && version.composition.legs.is_empty();
     (ends_there || waits_on) && version.last_node() == plan.reported.last_node()
+}
+
+/// Whether two lists name the same closures: the nearest come first, and which these are changes as a drone flies on.
+fn are_same(one: &[String], other: &[String]) -> bool {
+    let one: BTreeSet<&String> = one.iter().collect();
+    one == other.iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closures_are_the_same_in_whatever_order() {
+        let named = |ids: &[&str]| ids.iter().map(|id| (*id).to_owned()).collect::<Vec<_>>();
+        let before = named(&["a", "b", "c"]);
+        assert!(are_same(&before, &named(&["a", "c", "b"])));
+        assert!(!are_same(&before, &named(&["a", "c"])));
+        assert!(!are_same(&before, &named(&["a", "c", "d"])));
+    }
 }

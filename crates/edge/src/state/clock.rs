@@ -71,5 +71,8 @@ impl State {
         };
         self.next.clock_apart = reading.apart;
         self.next.airspace = Arc::new(self.next.airspace.beside_clock(reading.apart));
+        if reading.apart.is_none() {
+            self.listen_anew(reading.now);
+        }
     }
 }

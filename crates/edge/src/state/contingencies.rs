@@ -28,7 +28,8 @@ impl State {
         versions: Vec<Version>,
         on: &Arc<Airspace>,
     ) {
-        let Some(plan) = self.next.plans.get(plan).cloned() else {
+        let plan = self.next.plans.get(plan).filter(|plan| plan.is_active());
+        let Some(plan) = plan.cloned() else {
             return;
         };
         let airspace = self.next.airspace.clone();
@@ -38,7 +39,7 @@ impl State {
             return;
         }
         let mut filled = (*plan).clone();
-        let mut told = None;
+        let mut told = Vec::with_capacity(versions.len());
         for version in versions {
             if !is_same_airspace && crosses_closed(&airspace, &version) {
                 continue;
@@ -55,12 +56,12 @@ impl State {
             } else {
                 continue;
             }
-            told = told.max(Some(number));
+            told.push(number);
         }
         // What is taken for a drone that is not heard of is taken for its new contingencies.
         self.guard_no_more(&filled.id);
         let plan = self.keep_plan(filled);
-        if let Some(number) = told {
+        for number in told {
             self.post(&plan, &[], Content::Contingencies(number));
         }
     }

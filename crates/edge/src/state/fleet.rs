@@ -337,6 +337,8 @@ impl State {
         let content = match (kind, plan.ended_as) {
             (EventKind::PlanAffected, _) => Content::Version(number),
             (EventKind::PlanDeclined, _) if plan.wanted.is_some() => Content::Version(number),
+            // Who declines an offer flies on as it was.
+            (EventKind::PlanDeclined, _) if plan.is_as_planned() && plan.may_go_on() => return,
             (EventKind::PlanDeclined, _) => Content::Declined,
             (EventKind::PlanOffered, _) => Content::Offer(number),
             // Who has landed knows.

@@ -27,6 +27,20 @@ impl State {
         self.timers.set(at, Due::Sign(plan.id.clone()));
     }
 
+    /// Looks again after all drones in flight from now on: by a clock that was set back, it would be much later.
+    pub(super) fn listen_anew(&mut self, now: Timestamp) {
+        let plans: Vec<_> = self
+            .next
+            .plans
+            .values()
+            .filter(|plan| is_flown(plan))
+            .cloned()
+            .collect();
+        for plan in plans {
+            self.listen_from(&plan, now);
+        }
+    }
+
     /// When the drone of a plan was last heard of on it, in flight.
     fn last_sign_of(&self, plan: &PlanEntry) -> Option<Timestamp> {
         let sighting = self.drones.last(plan.drone_id.as_deref()?)?;
@@ -39,8 +53,6 @@ impl State {
     /// The drone of a plan should have been heard of by now.
     pub(super) fn miss_sign(&mut self, id: &Arc<str>, now: Timestamp) {
         let plan = self.next.plans.get(id).cloned();
-        let is_flown =
-            |plan: &Arc<PlanEntry>| plan.is_active() && plan.state != PlanState::Accepted;
         let Some(plan) = plan.filter(|plan| is_flown(plan) && !plan.flags.silent) else {
             return;
         };
@@ -106,6 +118,10 @@ impl State {
         self.drop_questions(plan);
         self.listen_from(plan, self.now);
     }
+}
+
+fn is_flown(plan: &PlanEntry) -> bool {
+    plan.is_active() && plan.state != PlanState::Accepted
 }
 
 fn silence_s(now: Timestamp, heard_at: Timestamp) -> i64 {

@@ -33,7 +33,7 @@ impl State {
         }
         if version < plan.reported.number {
             // Said before, and come late.
-            return Ok(Done::Plan(plan));
+            return Ok(Done::Plan(self.hear_while_active(&plan)));
         }
         if !plan.is_active() {
             if version == plan.reported.number {
@@ -119,6 +119,14 @@ impl State {
         self.keep_plan(plan.with(|plan| plan.flags.unacknowledged = false))
     }
 
+    /// The drone of a plan has said something that changes nothing else.
+    fn hear_while_active(&mut self, plan: &Arc<PlanEntry>) -> Arc<PlanEntry> {
+        match plan.is_active() {
+            true => self.hear_of_again(plan),
+            false => plan.clone(),
+        }
+    }
+
     /// A drone flies something else than it was to: what it is to fly is worked out from where it is.
     fn want_anew(&mut self, plan: &Arc<PlanEntry>) -> Arc<PlanEntry> {
         let airspace = self.next.airspace.clone();
@@ -155,7 +163,7 @@ impl State {
             .filter(|wanted| wanted.number == version);
         let Some(declined) = declined.filter(|_| plan.is_active()) else {
             // Said before, or overtaken: what it is asked now stands in the answer.
-            return Ok(Done::Plan(plan));
+            return Ok(Done::Plan(self.hear_while_active(&plan)));
         };
         let plan = self.hear_of_again(&plan);
         self.end_plan_alarms(&plan.id, &[AlarmKind::Unacknowledged]);
