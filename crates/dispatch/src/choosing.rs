@@ -34,8 +34,8 @@ pub(super) async fn best(rows: &[Row], drones: usize) -> Result<Vec<Option<usize
     Ok(chosen.map(|column| Some(kept[column?])).collect())
 }
 
-/// The drones that may be assigned, and their costs: of each order as many of the cheapest as there are orders. Others are in
-/// no best assignment, as one of these would be left.
+/// The drones that may be assigned, and their costs: of each order as many of the cheapest as there are orders. Some best
+/// assignment needs no others, as one of these is always left.
 fn nearest(costs: &[&[Option<f64>]], drones: usize) -> (Vec<usize>, Vec<Vec<Option<f64>>>) {
     let mut is_kept = vec![false; drones];
     for row in costs {

@@ -8,7 +8,7 @@ use skyway_contract::{DeliveryStatus, FleetDrone, FleetDroneState};
 use skyway_registry::documents::{Document, DocumentKind};
 use skyway_service::refusal::Refusal;
 
-/// How long an edge may tell nothing of a flight: as long as it is asked to call one off.
+/// A flight of which its edge tells nothing for so long is given up; edges are asked for as long to call one off.
 const TOLD_WITHIN: SignedDuration = SignedDuration::from_hours(24);
 /// How often a part of the drones is looked at.
 const LOOK_EVERY: SignedDuration = SignedDuration::from_mins(1);

@@ -1,6 +1,6 @@
 //! `POST /v1/failures` and `POST /v1/failures:batch`: failure reports, answered by recompositions.
 //!
-//! A drone always gets an outcome: only a body that is no JSON object, or that locates nothing, is refused.
+//! Every report that is a JSON object and locates the drone gets an outcome; others are refused.
 
 use super::answer::{Answer, json, set};
 use super::extract::{Authenticated, Key};

@@ -302,7 +302,7 @@ fn tell_answer(position: &mut wire::Position<'static>, record: &AnswerRecord) {
     let version = record.plan.as_ref().and_then(|plan| plan.version.as_ref());
     // Where it changes nothing, what the drone was to fly before stands.
     if let Some(version) = version {
-        position.affected |= version.outcome != Outcome::Unaffected;
+        position.affected |= version.outcome != Some(Outcome::Unaffected);
         position.wanted = Some(views::version(topology, version));
     }
     position.recomposition_id = Some(Cow::Owned(record.id()));

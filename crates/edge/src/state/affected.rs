@@ -116,7 +116,7 @@ impl State {
         if of_wave.is_some_and(|version| self.meets_newcomers(plan, version)) {
             return Affected::Overtaken;
         }
-        // One that may be flying what was withdrawn is told in so many words.
+        // A drone that may be flying a withdrawn version is sent an explicit one, even to fly on as it was.
         let may_stay = plan.wanted.is_some() || !is_wanted;
         self.take_detour(plan, (checked, may_stay), version, affected_by, now)
     }

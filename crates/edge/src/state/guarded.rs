@@ -11,7 +11,7 @@ use skyway_engine::itinerary::OccupiedLeg;
 use skyway_engine::network::{NodeIx, Topology};
 use std::sync::Arc;
 
-/// No version has this number: what is guarded beside all of them is of none.
+/// The number of no version: marks what is taken for contingencies among what versions take.
 const OF_NO_VERSION: u32 = u32::MAX;
 
 impl State {

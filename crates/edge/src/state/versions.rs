@@ -226,8 +226,8 @@ impl State {
         Some(self.with_contest(&plan.id, version))
     }
 
-    /// What the drone of a plan is told where nothing begins as what it has declined in a row;
-    /// where no way is left then, as what it has declined last.
+    /// A detour that begins with none of the segments with which the versions began that were declined in a row; where there
+    /// is none, with another than that of the last one.
     fn detour_beside(
         &mut self,
         plan: &Arc<PlanEntry>,

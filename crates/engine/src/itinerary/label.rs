@@ -17,7 +17,7 @@ pub(super) enum How {
     Stop { arrived_s: f64 },
 }
 
-/// A family at a node, and where it came from.
+/// A label: what a drone may have at a node by its charging function, and where it came from.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Label {
     pub(super) family: ChargingLabel,

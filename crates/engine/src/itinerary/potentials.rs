@@ -1,5 +1,5 @@
-//! What is left at least: per destination the tables of least weight, time and energy on a network, and the tree of the
-//! objective.
+//! Lower bounds of what is left to a destination: tables of the least weight, time and energy on a network, and the tree of
+//! the objective.
 //!
 //! On the intact network they depend on airframe, payload and wind, not on closures or pads, which only make plans worse.
 

@@ -1,4 +1,4 @@
-//! Two families at a node that fly on: what the later one could use that the earlier one could not.
+//! Dominance of labels that fly on from a node: what the later one could use that the earlier one could not.
 
 use super::charging_label::ChargingLabel;
 use super::expander::Expander;

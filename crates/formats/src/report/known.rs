@@ -21,13 +21,13 @@ pub struct Known<'a> {
     pub airborne: Option<bool>,
     /// True where it stands by its plan: that has not departed, or a stay on a pad covers now.
     pub is_grounded: bool,
-    /// What a report means that says nothing of the place of its drone.
+    /// Where the drone is taken to be if its report says nothing of that.
     pub unplaced: Unplaced,
     /// The time, against which the report's is held; `None` believes any time.
     pub now: Option<Timestamp>,
 }
 
-/// What a report means that names a leg and says nothing of a place, where telemetry says nothing either.
+/// Where a drone is taken to be whose report names a leg and no place, where telemetry says nothing either.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Unplaced {
     /// The start of the leg: so it is on the command line and in the paper.
