@@ -22,6 +22,7 @@ mod orders;
 mod pace;
 mod positions;
 mod quotes;
+mod quoting;
 mod reached;
 mod records;
 mod reliability;
@@ -44,6 +45,7 @@ pub use webhooks::TaggedWebhook;
 
 use edge_http::HttpEdges;
 use enrolled::Enrolled;
+use quoting::QuotePlaces;
 use reliability::Measured;
 use skyway_registry::Registry;
 use skyway_registry::documents::Documents;
@@ -88,6 +90,7 @@ pub struct Dispatch {
     ways: KnownWays,
     measured: Measured,
     enrolled: Enrolled,
+    quoting: QuotePlaces,
     /// There may be something to assign.
     orders: Notify,
     /// There may be something to send.
@@ -121,6 +124,7 @@ impl Dispatch {
             ways: KnownWays::default(),
             measured: Measured::default(),
             enrolled: Enrolled::default(),
+            quoting: QuotePlaces::default(),
             orders: Notify::new(),
             messages: Notify::new(),
         })

@@ -163,6 +163,7 @@ impl Dispatch {
             start_time: departure(wanted.ready_at, fetch_m.unwrap_or(0.0), self.clock.now()),
             airframe: drone.airframe.clone().or_else(|| service.airframe.clone()),
         };
+        let _place = self.quoting.at(&edge.id)?;
         match self.edges.compose(&edge, &request).await {
             Ok(flight) => Ok((edge.id, flight)),
             Err(EdgeError::Refused { code, detail }) => {

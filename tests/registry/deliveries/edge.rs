@@ -44,6 +44,8 @@ struct There {
     lost_questions: u32,
     /// Questions that are done, and whose answers never arrive.
     lost_answers: u32,
+    /// Where it never answers what it is asked to compose: how often it was asked.
+    left_hanging: Option<usize>,
 }
 
 #[derive(Debug, Default)]
@@ -69,6 +71,15 @@ impl MadeUpEdge {
 
     pub(crate) fn lose_questions(&self, count: u32) {
         self.there(|there| there.lost_questions = count);
+    }
+
+    /// From now on it takes what it is asked to compose, and never answers.
+    pub(crate) fn hang(&self) {
+        self.there(|there| there.left_hanging = Some(0));
+    }
+
+    pub(crate) fn left_hanging(&self) -> usize {
+        self.there(|there| there.left_hanging.unwrap_or_default())
     }
 
     pub(crate) fn lose_answers(&self, count: u32) {
@@ -213,6 +224,13 @@ impl EdgeClient for MadeUpEdge {
         Box::pin(async move {
             // Others get in between.
             tokio::task::yield_now().await;
+            let hangs = self.there(|there| {
+                let asked = there.left_hanging.as_mut();
+                asked.map(|asked| *asked += 1).is_some()
+            });
+            if hangs {
+                std::future::pending::<()>().await;
+            }
             self.compose_now(request)
         })
     }

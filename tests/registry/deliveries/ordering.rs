@@ -12,6 +12,8 @@ use skyway::wire::{
     DeliveryOrder, DeliveryStatus, Id, OfferRank, ProofOfDelivery, Quote, QuoteRequest, Recipient,
     ServiceSearch,
 };
+use std::time::Duration;
+use tokio::time::timeout;
 
 fn search() -> ServiceSearch {
     ServiceSearch {
@@ -135,6 +137,36 @@ async fn a_quote_is_accepted_once_and_in_time() {
         world.try_order(&stated_twice).await.unwrap_err().code,
         Code::PlanInvalid
     );
+}
+
+#[tokio::test]
+async fn an_edge_that_hangs_holds_a_few_quotes_and_no_more() {
+    let world = World::with_drones(&["depot"]).await;
+    world.edge.hang();
+    let mut waiting = Vec::new();
+    for asked in 1..=8 {
+        let dispatch = world.dispatch.clone();
+        let mut quote =
+            Box::pin(async move { dispatch.create_quote(&customer("shop"), quoted()).await });
+        while world.edge.left_hanging() < asked {
+            let answered = timeout(Duration::from_millis(20), &mut quote).await;
+            assert!(answered.is_err(), "it waits for its edge");
+        }
+        waiting.push(quote);
+    }
+    let shop = customer("shop");
+    let refused = world.dispatch.create_quote(&shop, quoted());
+    assert_eq!(refused.await.unwrap_err().code, Code::EdgeUnavailable);
+    // Who goes away leaves a place.
+    waiting.pop();
+    let mut again = Box::pin(world.dispatch.create_quote(&shop, quoted()));
+    while world.edge.left_hanging() < 9 {
+        assert!(
+            timeout(Duration::from_millis(20), &mut again)
+                .await
+                .is_err()
+        );
+    }
 }
 
 /// A quote for the shop, from a start time on where one is given.
