@@ -29,7 +29,7 @@ pub struct Closure<'a> {
     pub cause: ClosureCause,
     /// In words: the zone's or the operator's reason, or the failure type.
     pub reason: Option<Cow<'a, str>>,
-    /// The drone that reported it.
+    /// The drone that reported it, for those who may speak for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reported_by: Option<Cow<'a, str>>,
     /// Whether an operator has confirmed it.

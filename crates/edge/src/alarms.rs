@@ -43,7 +43,7 @@ impl Edge {
     ) -> Result<wire::Alarms<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let after = views::number_after(&page, "alarm", self.lineage);
+        let after = views::number_after(&page, "alarm", self.lineage)?;
         let (told, next) = filtered(&snapshot.alarms, after, page.size, |it| filter.passes(it));
         Ok(wire::Alarms {
             next_page_token: next.map(|number| token(&alarm_id(self.lineage, number))),

@@ -22,6 +22,7 @@ use skyway_engine::network::Topology;
 use skyway_engine::recompose::Outcome;
 use skyway_formats::{IntoTerm, waypoint, zone_to_feature};
 use skyway_service::intake::Page;
+use skyway_service::refusal::Refusal;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -124,8 +125,8 @@ pub(super) fn number_in(id: &str, kind: &str, epoch: u64) -> Option<u64> {
 }
 
 /// The number of the entry after which a page begins, of a list of one kind.
-pub(super) fn number_after(page: &Page, kind: &str, epoch: u64) -> Option<u64> {
-    number_in(page.after.as_deref()?, kind, epoch)
+pub(super) fn number_after(page: &Page, kind: &str, epoch: u64) -> Result<Option<u64>, Refusal> {
+    page.after_as(|key| number_in(key, kind, epoch))
 }
 
 pub(super) fn proposal(snapshot: &Snapshot, entry: &ProposalEntry) -> wire::Proposal<'static> {

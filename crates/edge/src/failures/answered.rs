@@ -89,10 +89,7 @@ impl Edge {
         page: &PageRequest,
     ) -> Result<wire::Recompositions<'static>, Refusal> {
         let page = page.check()?;
-        let before = page
-            .after
-            .as_deref()
-            .and_then(|id| self.records.number_of(id));
+        let before = page.after_as(|id| self.records.number_of(id))?;
         let found = self.records.before(before, page.size + 1, |record| {
             may_see(caller, &record.subject, record.drone_id.as_deref())
         });

@@ -25,7 +25,7 @@ impl Edge {
     /// When the page is not one.
     pub fn closures(
         &self,
-        _caller: &Caller,
+        caller: &Caller,
         page: &PageRequest,
     ) -> Result<wire::Closures<'static>, Refusal> {
         let page = page.check()?;
@@ -39,6 +39,7 @@ impl Edge {
         let told: Vec<wire::Closure<'static>> = held
             .by_ref()
             .filter_map(|closure| closure_view(&snapshot, closure, now))
+            .map(|closure| as_told(closure, caller))
             .take(page.size)
             .collect();
         let has_more = held.next().is_some();
@@ -54,10 +55,11 @@ impl Edge {
     ///
     /// # Errors
     /// When there is none.
-    pub fn closure(&self, _caller: &Caller, id: &str) -> Result<wire::Closure<'static>, Refusal> {
+    pub fn closure(&self, caller: &Caller, id: &str) -> Result<wire::Closure<'static>, Refusal> {
         let snapshot = self.snapshot();
         let (held, now) = (snapshot.airspace.closure(id), self.clock.now());
         held.and_then(|closure| closure_view(&snapshot, closure, now))
+            .map(|closure| as_told(closure, caller))
             .ok_or_else(|| Refusal::not_found("closure", id))
     }
 
@@ -222,5 +224,14 @@ fn told(
             (&met, pending),
         )),
         ..views::closure(snapshot, entry, now)
+    }
+}
+
+/// A closure as a caller is told it: whose report made it, only those learn who may speak for that drone.
+fn as_told(closure: wire::Closure<'static>, caller: &Caller) -> wire::Closure<'static> {
+    let may_know = |who: &str| *who == *caller.subject || caller.speaks_for(who);
+    wire::Closure {
+        reported_by: closure.reported_by.filter(|who| may_know(who)),
+        ..closure
     }
 }

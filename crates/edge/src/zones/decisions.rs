@@ -20,7 +20,7 @@ impl Edge {
     ) -> Result<wire::Proposals<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let after = views::number_after(&page, "proposal", self.lineage);
+        let after = views::number_after(&page, "proposal", self.lineage)?;
         let (told, next) = filtered(&snapshot.proposals, after, page.size, |_| true);
         let proposals = told.iter().map(|entry| views::proposal(&snapshot, entry));
         Ok(wire::Proposals {
@@ -62,7 +62,7 @@ impl Edge {
     ) -> Result<wire::Holds<'static>, Refusal> {
         let page = page.check()?;
         let snapshot = self.snapshot();
-        let after = views::number_after(&page, "hold", self.lineage);
+        let after = views::number_after(&page, "hold", self.lineage)?;
         let (told, next) = filtered(&snapshot.holds, after, page.size, |_| true);
         Ok(wire::Holds {
             holds: told

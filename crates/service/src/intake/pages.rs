@@ -54,6 +54,24 @@ impl PageRequest {
     }
 }
 
+impl Page {
+    /// Where the page before ended, as its list reads that.
+    ///
+    /// # Errors
+    /// When the token is that of another list, or of one that was begun anew since.
+    pub fn after_as<T>(&self, read: impl FnOnce(&str) -> Option<T>) -> Result<Option<T>, Refusal> {
+        let after = self.after.as_deref();
+        let unknown = || {
+            invalid(
+                "?page_token",
+                "it is of another list, or of one that has begun anew: ask for the first page"
+                    .to_owned(),
+            )
+        };
+        after.map(|key| read(key).ok_or_else(unknown)).transpose()
+    }
+}
+
 /// The entries of an ordered map that pass a test, at most a page of them after a key; and the key of the last one where more come
 /// after it.
 pub fn filtered<K: Ord + Clone, V: Clone>(
