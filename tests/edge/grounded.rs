@@ -1,6 +1,7 @@
 //! Drones on the ground that cannot go on: they hold on their pads, and are told when there is a way.
 
 use crate::flying::{at, on, settings, street};
+use crate::offers::block;
 use crate::stage::{Stage, circle, names};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
@@ -226,4 +227,60 @@ async fn a_late_drone_that_stands_on_its_pad_is_told_to_hold_there() {
         0,
         "{answer}"
     );
+}
+
+/// What a drone that waits at `s0` for its start at eight o'clock is answered, or one that flies from there now.
+async fn answered(starts: &str, report: Value) -> (Stage, Value) {
+    let stage = on(&block());
+    let asked = json!({"id": "p", "drone_id": "d", "source": "s0", "destination": "s2", "start_time": at(starts).to_string()});
+    stage.deliver(asked).await.expect("a plan");
+    if starts == "06:00" {
+        stage.pass(SignedDuration::from_secs(40)).await;
+    }
+    let mut body = json!({"service": {"plan_id": "p", "leg": 0}, "drone": {"id": "d"}});
+    let members = body.as_object_mut().expect("an object");
+    members.extend(report.as_object().expect("an object").clone());
+    let answer = stage.answer(body).await;
+    (stage, answer)
+}
+
+#[tokio::test]
+async fn one_that_waits_and_reports_its_leg_starts_no_sooner() {
+    let (stage, answer) = answered("08:00", json!({"type": "navigational"})).await;
+    assert_eq!(answer["outcome"], "rerouted", "{answer}");
+    let plan = stage.plan("p");
+    let wanted = plan.wanted.as_ref().expect("another way");
+    assert_eq!(names(&wanted.path.nodes), ["s0", "north", "s2"]);
+    assert_eq!(wanted.departs_at, plan.reported.departs_at);
+    stage
+        .check_version(&plan, wanted, &[])
+        .expect("it can be flown");
+}
+
+#[tokio::test]
+async fn one_that_waits_is_led_around_the_zone_that_it_brings() {
+    let zone = circle("own", 500.0, 0.0, 20.0);
+    let (_, answer) = answered(
+        "08:00",
+        json!({"type": "service_level", "zone": zone, "dry_run": true}),
+    )
+    .await;
+    assert_eq!(
+        answer["path"]["nodes"],
+        json!(["s0", "north", "s2"]),
+        "{answer}"
+    );
+}
+
+#[tokio::test]
+async fn one_that_has_to_leave_a_zone_does_not_simply_fly_on() {
+    let zone = circle("own", 520.0, 0.0, 60.0);
+    let report = json!({"type": "service_level", "zone": zone, "airborne": true, "location": {"x": 520.0, "y": 0.0},
+        "dry_run": true});
+    let (_, answer) = answered("06:00", report).await;
+    assert!(
+        answer["flags"].to_string().contains("leaving_zone"),
+        "{answer}"
+    );
+    assert_eq!(answer["outcome"], "rerouted", "{answer}");
 }

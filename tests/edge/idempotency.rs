@@ -80,6 +80,20 @@ async fn another_report_under_the_same_id_is_answered_and_changes_nothing() {
 }
 
 #[tokio::test]
+async fn a_report_that_was_tried_before_counts_under_the_same_id() {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a4").await;
+    let mut body = json!({"id": "r1", "type": "navigational", "drone": {"id": "d1"}, "service": {"plan_id": "p1", "leg": 0},
+        "dry_run": true});
+    let tried = stage.answer(body.clone()).await;
+    assert_eq!(tried["publication"]["reason"], "dry_run");
+    body["dry_run"] = json!(false);
+    let sent = stage.answer(body.clone()).await;
+    assert_eq!(sent["publication"]["state"], "published");
+    assert_eq!(stage.answer(body).await["replayed"], true);
+}
+
+#[tokio::test]
 async fn an_operators_write_with_a_key_is_done_once() {
     let stage = Stage::set();
     let key = |fingerprint: u8| Idempotency {

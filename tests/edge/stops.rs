@@ -448,3 +448,42 @@ async fn what_cannot_be_is_refused_by_its_place() {
     let codes: Vec<&str> = refusal.faults.iter().map(|it| it.code.as_str()).collect();
     assert!(codes.contains(&"flight_model_off"), "{codes:?}");
 }
+
+#[tokio::test]
+async fn a_late_drone_that_reports_is_served_where_it_has_not_been() {
+    let stage = on(&bypassed());
+    let plan = stage.deliver(round("p")).await.expect("a plan");
+    let flight = plan.reported.flight.as_ref().expect("a flight");
+    let departs = instant(&plan.reported.departs_at);
+    let first = instant(&flight.stops[0].takes_off_at).duration_since(departs);
+    // By the clock it has been served at s2 and is on its way to s3; in truth it has just passed s1.
+    after(&stage, &plan.reported, first.as_secs() + 20).await;
+    let report = json!({
+        "type": "navigational", "airborne": true, "service": {"plan_id": "p", "leg": 1},
+        "location": {"x": 1_010.0, "y": 0.0}, "drone": {"id": "d"},
+    });
+    stage.answer(report).await;
+    assert_eq!(served(&wanted(&stage, "p")).len(), 2);
+}
+
+#[tokio::test]
+async fn a_late_drone_that_reports_the_leg_before_its_pad_is_not_on_it() {
+    let stage = on(&bypassed());
+    let plan = stage.deliver(round("p")).await.expect("a plan");
+    let flight = plan.reported.flight.as_ref().expect("a flight");
+    let departs = instant(&plan.reported.departs_at);
+    let lands = instant(&flight.stops[0].lands_at).duration_since(departs);
+    after(&stage, &plan.reported, lands.as_secs() + 10).await;
+    let report = |extra: Value| {
+        let mut report = json!({
+            "type": "service_level", "service": {"plan_id": "p", "leg": 1}, "drone": {"id": "d"}, "dry_run": true,
+        });
+        let members = report.as_object_mut().expect("an object");
+        members.extend(extra.as_object().expect("an object").clone());
+        report
+    };
+    let late = stage.answer(report(json!({"airborne": true}))).await;
+    assert_eq!(late["first_stretch_m"], 1_000.0, "{late}");
+    let unsaid = stage.answer(report(json!({}))).await;
+    assert_eq!(unsaid["first_stretch_m"], 1_000.0, "{unsaid}");
+}

@@ -7,7 +7,7 @@ use crate::plans::stretches::Stretch;
 use jiff::Timestamp;
 use skyway_engine::airspace::{Airspace, Closure};
 use skyway_engine::compose::{Composition, Leg};
-use skyway_engine::flight::{Location, check_place};
+use skyway_engine::flight::{FailureReport, Location, check_place};
 use skyway_engine::geo::{Point, total_m};
 use skyway_engine::network::{NodeIx, Topology};
 
@@ -33,6 +33,30 @@ pub(crate) struct Progress {
     pub(crate) location: Location,
     /// What lies ahead on the plan, in metres.
     pub(crate) remaining_m: f64,
+}
+
+impl Progress {
+    /// The leg and the place that a drone reports on a way, where it does: by the clock alone it may be elsewhere.
+    pub(crate) fn as_reported(self, way: &[NodeIx], report: &FailureReport) -> Self {
+        let legs = way.windows(2).enumerate();
+        let its = legs.filter(|(_, ends)| (ends[0], ends[1]) == report.leg);
+        let nearest = its
+            .map(|(leg, _)| leg)
+            .min_by_key(|leg| leg.abs_diff(self.leg));
+        match nearest {
+            Some(leg) if leg != self.leg => Self {
+                leg,
+                on_stretch: false,
+                location: report.location,
+                ..self
+            },
+            Some(_) if report.location != Location::Unknown => Self {
+                location: report.location,
+                ..self
+            },
+            _ => self,
+        }
+    }
 }
 
 /// Where a drone is on a version.

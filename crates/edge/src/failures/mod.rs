@@ -31,7 +31,7 @@ use answered::ReportResponse;
 use jiff::Timestamp;
 use recomposing::Case;
 use records::{AnswerRecord, Published, record_id};
-use reporter::{author, drone_of, named_plan, plan_of, reporter};
+use reporter::{author, drone_of, may_stand, named_plan, plan_of, reporter};
 use skyway_contract::{self as wire, AlarmKind};
 use skyway_engine::recompose::Outcome;
 use skyway_formats::{
@@ -84,7 +84,10 @@ impl Edge {
         caller: &Caller,
         parsed: ParsedReport,
     ) -> Result<ReportResponse, Refusal> {
-        let id = parsed.report.id.as_ref().map(|id| id.text().to_owned());
+        // A dry run is no first sending: what follows it under its id counts.
+        let is_sent = parsed.report.dry_run != Some(true);
+        let id = parsed.report.id.as_ref().filter(|_| is_sent);
+        let id = id.map(|id| id.text().to_owned());
         match id.filter(|id| !id.is_empty() && id.len() <= REPORT_ID_BYTES_MAX) {
             None => self.answer(caller, parsed, ReplyMode::First).await,
             Some(id) => self.answer_once(caller, parsed, &id).await,
@@ -328,6 +331,8 @@ impl Edge {
         if let Some(plan) = plan.filter(goes_there) {
             let topology = snapshot.topology();
             let progress = progress::progress(topology, plan, &self.drones, now);
+            let way = &plan.reported.composition.way.nodes;
+            let progress = progress.map(|known| known.as_reported(way, &request.report));
             let onward = stops::onward(topology, plan, progress.as_ref(), now);
             request.lead_by(onward);
         }
@@ -374,7 +379,8 @@ impl Edge {
             airspeed_mps: self
                 .planner
                 .airspeed_mps(airframe, plan.map(|plan| &**plan)),
-            is_grounded: plan.is_some_and(|plan| plan.stands_at(now)),
+            is_grounded: plan.is_some_and(|plan| plan.stands_at(now))
+                && may_stand(report, progress),
             unplaced: Unplaced::Anywhere,
             now: Some(now),
         }

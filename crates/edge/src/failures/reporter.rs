@@ -1,6 +1,7 @@
 //! Whose a report is: the drone or caller it counts for, and the plans its sender may speak for.
 
 use crate::drones::DRONE_ID_BYTES_MAX;
+use crate::drones::progress::Progress;
 use crate::plans::entry::PlanEntry;
 use crate::snapshot::Snapshot;
 use skyway_contract as wire;
@@ -86,4 +87,13 @@ pub(crate) fn plan_of(
     let drone = report.drone.as_ref().and_then(|drone| drone.id.as_deref());
     let flown = drone.and_then(|drone| snapshot.plan_of_drone(drone));
     found.or_else(|| flown.filter(is_own)).cloned()
+}
+
+/// Whether what is reported fits a drone that stands by its plan: it does not fly, and has the leg before it. One that is late
+/// may report another.
+pub(super) fn may_stand(report: &wire::FailureReport, progress: Option<Progress>) -> bool {
+    let service_leg = report.service.as_ref().and_then(|service| service.leg);
+    let stated = service_leg.or(report.leg);
+    let next = progress.and_then(|progress| u32::try_from(progress.leg).ok());
+    report.airborne != Some(true) && stated.is_none_or(|leg| Some(leg) == next)
 }

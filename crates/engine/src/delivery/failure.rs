@@ -227,7 +227,9 @@ fn exactly(case: &Case<'_>, scratch: &mut DeliveryScratch) -> FlightRecompositio
     let decision = case.world.decide(&case.question, scratch);
     let mut found = Found::of(case.world.setting, decision);
     let closes_leg = case.failure.request.report.failure.closes_leg();
-    if found.outcome == Outcome::Rerouted && (!closes_leg || case.ways.only_ahead) {
+    // A drone that has to leave a zone, or comes into one as it turns, does not simply fly on.
+    let flies_on = !case.ways.leaves_zone && !case.ways.cannot_stop;
+    if found.outcome == Outcome::Rerouted && flies_on && (!closes_leg || case.ways.only_ahead) {
         prefer_old_plan(case, &mut found, scratch);
     }
     conclude(case, &case.question, found, scratch)

@@ -1,5 +1,6 @@
 //! The answer to a drone that stands on a pad, or has not left yet, when the world changes.
 
+use super::brought::OwnWorld;
 use super::case::{Found, put_into_words};
 use super::composition::DeliveryRequest;
 use super::flight_failure::{FlightFailure, FlightRecomposition};
@@ -30,6 +31,8 @@ impl Stand {
         failure: &FlightFailure<'_>,
         scratch: &mut DeliveryScratch,
     ) -> FlightRecomposition {
+        let own = OwnWorld::of(world, failure.request, true);
+        let own_world = &own.world(world);
         let onward = &*failure.request.onward;
         // What it is served where it stands comes before it departs.
         let (served, onward) = match onward {
@@ -47,7 +50,7 @@ impl Stand {
             objective: failure.objective,
             deadline_s: failure.deadline_s,
         };
-        let answer = answer_standing(world, &request, Some(failure), scratch);
+        let answer = answer_standing(own_world, &request, Some(failure), scratch);
         let mut answer = go_on(world, failure.request, onward, answer, scratch);
         if let Some(composition) = answer.composition.as_mut().filter(|_| served.is_some()) {
             served_first(world, composition, (self.at_s, self.battery, service_s));
@@ -56,7 +59,7 @@ impl Stand {
         // In a zone it is told to hold, as one that reports there: no operator has to find it a way.
         let has_nowhere_to_go = answer.outcome == Outcome::NoRoute;
         if has_nowhere_to_go && is_in_zone(world, failure.request, self.node) {
-            stay(world, failure.request, &request, &mut answer, scratch);
+            stay(own_world, failure.request, &request, &mut answer, scratch);
         }
         if let Some(composition) = &mut answer.composition {
             let place = world.setting.topology().position(self.node);

@@ -106,7 +106,7 @@ pub(super) fn go_on(
     let Some(head) = answer.composition.take_if(|it| goes_on && ends_there(it)) else {
         return answer;
     };
-    let own = OwnWorld::of(world, request, false);
+    let own = OwnWorld::of(world, request, true);
     let parts = DeliveryWorld {
         with_contingencies: false,
         ..own.world(world)

@@ -422,10 +422,13 @@ fn drone_of(asked: &Asked<'_>) -> Option<Arc<str>> {
     asked.drone_id.map(Arc::from).or(planned)
 }
 
-/// Whether what a drone reports fits one that stands: it does not fly, and nothing of its leg has failed.
+/// Whether what a drone reports fits one that stands: what closes the leg of one that may be passing closes it in flight.
 fn may_stand(request: &Request) -> bool {
-    let flies = request.circumstances.aloft == Aloft::Airborne;
-    !flies && !request.report.failure.closes_leg()
+    match request.circumstances.aloft {
+        Aloft::Grounded => true,
+        Aloft::Unknown => !request.report.failure.closes_leg(),
+        Aloft::Airborne => false,
+    }
 }
 
 /// Whether a drone is at a node, by the place that it reports.
@@ -433,7 +436,7 @@ fn is_near(topology: &Topology, request: &Request, node: NodeIx) -> bool {
     match request.report.location {
         Location::At(place) => place.distance_m(topology.position(node)) <= AT_NODE_M,
         Location::LegStart => request.report.leg.0 == node,
-        Location::Unknown => true,
+        Location::Unknown => request.report.leg.0 == node,
     }
 }
 
