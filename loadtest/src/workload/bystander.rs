@@ -28,8 +28,10 @@ const ASKED_PER_S: f64 = 1000.0;
 const ASKED_AT_ONCE: usize = 64;
 /// For so long it asks before the zone is posted.
 const BEFORE: Duration = Duration::from_millis(30);
-/// How long it asks at most, and how long the drones may take to be told.
+/// How long it asks at most.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// Drones that are told later count as not told; how soon they are has a goal of its own.
+const TOLD_WITHIN: Duration = Duration::from_secs(120);
 /// An edge has settled when it tells nothing and works less than this part of so long a time.
 const QUIET: Duration = Duration::from_millis(300);
 const IDLE_PART: u32 = 10;
@@ -230,7 +232,7 @@ impl Edge {
             }
             replanned.is_some()
         };
-        let are_all_told = self.listener.has_come(PATIENCE, is_it).await?;
+        let are_all_told = self.listener.has_come(TOLD_WITHIN, is_it).await?;
         let waited = sent.elapsed();
         let heard = self.listener.take();
         let mut plans = BTreeSet::new();
