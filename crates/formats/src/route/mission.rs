@@ -1,10 +1,10 @@
 //! Missions of QGroundControl. Heights above sea are written as they are; heights above ground
 //! relative to where the drone takes off, which is the same on level ground alone, so that a note
-//! says so.
+//! says so. Rally points have no frame: ground stations read their heights above home.
 
-use super::{Corner, RouteProblem, Told, WrittenRoute};
+use super::{Corner, RouteProblem, Told, WrittenRoute, lines};
 use crate::airspace::ZoneGeometry;
-use crate::geo::AltitudeReference;
+use crate::geo::{Altitude, AltitudeReference, Point};
 use serde_json::{Value, json};
 
 /// PX4, and a multicopter.
@@ -37,6 +37,8 @@ struct Mission {
     home: [f64; 3],
     notes: Vec<String>,
     frame: u32,
+    /// The altitude of home by the reference of the route.
+    home_altitude: Altitude,
     /// What is subtracted of heights.
     zero_m: f64,
 }
@@ -48,14 +50,7 @@ pub(super) fn plan(told: &Told<'_>) -> Result<WrittenRoute, RouteProblem> {
         .map(|(number, item)| item_value(number, item))
         .collect();
     let fence = fence(told, &mut mission.notes);
-    let rally: Vec<Value> = told
-        .alternates
-        .iter()
-        .filter_map(|&node| {
-            let ([lon, lat], altitude) = told.place(node);
-            Some(json!([lat, lon, altitude?.value_m - mission.zero_m]))
-        })
-        .collect();
+    let rally = rally_points(told, mission.home_altitude, &mut mission.notes);
     let speed_mps = told.route.speed_mps;
     let plan = json!({
         "fileType": "Plan",
@@ -123,6 +118,7 @@ fn mission(told: &Told<'_>) -> Result<Mission, RouteProblem> {
         home: [lat, lon, 0.0],
         notes: Vec::new(),
         frame: ABOVE_HOME,
+        home_altitude: altitude,
         zero_m: altitude.value_m,
     };
     match reference {
@@ -214,15 +210,37 @@ fn item_value(number: u32, item: &Item) -> Value {
     told
 }
 
+/// The alternates as latitude, longitude, and metres above home.
+fn rally_points(told: &Told<'_>, home: Altitude, notes: &mut Vec<String>) -> Vec<[f64; 3]> {
+    let mut points = Vec::with_capacity(told.alternates.len());
+    for &node in &told.alternates {
+        let ([lon, lat], altitude) = told.place(node);
+        match altitude.filter(|altitude| altitude.reference == home.reference) {
+            Some(altitude) => points.push([lat, lon, altitude.value_m - home.value_m]),
+            None => {
+                let id = told.topology.node_id(node);
+                notes.push(format!(
+                    "the alternate '{id}' is left out: its height above home is unknown"
+                ));
+            }
+        }
+    }
+    points
+}
+
 /// What the drone stays out of: it has no heights and no times, so that only what counts on the way
 /// is in it.
 fn fence(told: &Told<'_>, notes: &mut Vec<String>) -> Value {
     let (mut polygons, mut circles) = (Vec::new(), Vec::new());
+    let lines = lines(told.topology, &told.corners);
     for zone in &told.fences {
-        let covers_route = told.corners.iter().any(|corner| {
-            let place = told.topology.frame().to_plane(corner.lon_lat);
-            zone.shape().covers_point(place, 0.0)
-        });
+        let is_met = |&(from, to): &(Point, Point)| zone.shape().meets_segment(from, to, 0.0);
+        if lines.iter().any(is_met) {
+            let id = zone.id();
+            notes.push(format!(
+                "the route lies in the fence of zone '{id}', which an autopilot may refuse"
+            ));
+        }
         let rings: Vec<&Vec<Vec<[f64; 2]>>> = match zone.geometry() {
             ZoneGeometry::Circle { centre, radius_m } => {
                 let center = [centre[1], centre[0]];
@@ -249,12 +267,6 @@ fn fence(told: &Told<'_>, notes: &mut Vec<String>) -> Value {
             let open = &outer[..outer.len().saturating_sub(1)];
             let positions: Vec<[f64; 2]> = open.iter().map(|[lon, lat]| [*lat, *lon]).collect();
             polygons.push(json!({"version": 1, "inclusion": false, "polygon": positions}));
-        }
-        if covers_route {
-            let id = zone.id();
-            notes.push(format!(
-                "the route lies in the fence of zone '{id}', which an autopilot may refuse"
-            ));
         }
     }
     json!({"version": 2, "polygons": polygons, "circles": circles})

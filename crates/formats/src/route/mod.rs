@@ -7,6 +7,8 @@
 
 mod maps;
 mod mission;
+#[cfg(test)]
+mod tests;
 
 use crate::airspace::{Airspace, Zone};
 use crate::compose::Composition;
@@ -324,29 +326,28 @@ fn fences(
         lower: altitude(heights().fold(f64::INFINITY, f64::min)),
         upper: altitude(heights().fold(f64::NEG_INFINITY, f64::max)),
     };
-    let places = corners
-        .iter()
-        .map(|corner| airspace.topology().frame().to_plane(corner.lon_lat));
-    let places: Vec<Point> = places.collect();
+    let lines = lines(airspace.topology(), corners);
     let closing = airspace.closures().filter(|(closure, _)| {
         let mut windows = closure.windows.iter();
         closure.windows.is_empty() || windows.any(|it| it.meets(first.departs, last.arrives))
     });
     let zones = closing.filter_map(|(closure, _)| closure.zone());
     let near = zones.filter(|zone| {
-        let bounds = zone.shape().bounds();
-        let is_near = |place: &Point| {
-            let east_m = (bounds.min.x - place.x)
-                .max(place.x - bounds.max.x)
-                .max(0.0);
-            let north_m = (bounds.min.y - place.y)
-                .max(place.y - bounds.max.y)
-                .max(0.0);
-            east_m.hypot(north_m) <= FENCE_REACH_M
+        let is_near = |&(from, to): &(Point, Point)| {
+            let shape = zone.shape();
+            shape.meets_segment(from, to, FENCE_REACH_M)
         };
-        zone.terms().closes() && zone.band().may_meet(&band) && places.iter().any(is_near)
+        zone.terms().closes() && zone.band().may_meet(&band) && lines.iter().any(is_near)
     });
     near.cloned().collect()
+}
+
+/// The straight lines from corner to corner, in the plane of the network.
+fn lines(topology: &Topology, corners: &[Corner]) -> Vec<(Point, Point)> {
+    let place = |corner: &Corner| topology.frame().to_plane(corner.lon_lat);
+    let ends = corners.windows(2);
+    ends.map(|ends| (place(&ends[0]), place(&ends[1])))
+        .collect()
 }
 
 impl Told<'_> {
