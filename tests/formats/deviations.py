@@ -104,6 +104,15 @@ def swiss():
     return document
 
 
+def half_flat():
+    """Limits named after both standards in one layer, in feet."""
+    zone = feature("BE1", "PROHIBITED", (4.4, 50.8))
+    zone["geometry"]["layer"] = {
+        "lower": 0, "lowerReference": "AGL", "upperLimit": 400, "upperReference": "AGL", "uomDimensions": "FT",
+    }
+    return {"type": "FeatureCollection", "features": [zone]}
+
+
 # The feed, how it begins, what it becomes, and a part of each repair that is listed.
 READ = [
     (irish, "", {"kind": None, "upper_m": 121.92}, ["MultiPolygon", "validity of the collection", "no list"]),
@@ -119,6 +128,7 @@ READ = [
         {"kind": None, "upper_m": 120},
         ["limits were read", "in quotes", "nothing acts on: objectid, shapeArea"],
     ),
+    (half_flat, "", {"upper_m": 121.92, "lower_m": 0}, ["was read as the upper", "was read as the uom"]),
     (zurich, "", {"kind": "req_authorization"}, ["longer than the 7 letters"]),
     (swedish, "", {"kind": None}, []),
     # The command passes over the mark, as it does in every file.
@@ -134,6 +144,7 @@ REFUSED = [
     (lambda zone: zone["geometry"].update(type="LineString"), "zone_unknown_value", "/geometry/type"),
     (lambda zone: zone["geometry"]["layer"].pop("upperReference"), "zone_missing_field", "/layer/upperReference"),
     (lambda zone: zone["geometry"]["layer"].update(uom="yd"), "zone_unknown_value", "/layer/uom"),
+    (lambda zone: zone["geometry"]["layer"].update(upperLimit=60), "zone_unknown_field", "/layer/upperLimit"),
     (lambda zone: zone["geometry"]["layer"].update(lower=200), "zone_band_reversed", "/geometry/coordinates"),
     (
         lambda zone: zone["geometry"]["coordinates"][0].__setitem__(1, [4.0, 95.0]),

@@ -33,16 +33,13 @@ const ACTED_ON: [&str; 20] = [
     "permanent",
     "radius",
 ];
-/// Where the limits of a volume stand: in the standard, and as ED-269 and Spanish feeds name them.
-const LIMITS: [[&str; 5]; 2] = [
-    ["lower", "lowerReference", "upper", "upperReference", "uom"],
-    [
-        "lowerLimit",
-        "lowerVerticalReference",
-        "upperLimit",
-        "upperVerticalReference",
-        "uomDimensions",
-    ],
+/// The limits of a volume: in the standard, and as ED-269 and Spanish feeds name them.
+const LIMITS: [[&str; 2]; 5] = [
+    ["lower", "lowerLimit"],
+    ["lowerReference", "lowerVerticalReference"],
+    ["upper", "upperLimit"],
+    ["upperReference", "upperVerticalReference"],
+    ["uom", "uomDimensions"],
 ];
 const PERIODS: [&str; 2] = ["limitedApplicability", "applicability"];
 const METADATA: [&str; 2] = ["metadata", "datasetMetadata"];
@@ -303,18 +300,51 @@ fn read_band(
 }
 
 fn read_limits(layer: Members<'_>, sheet: &mut Sheet) -> Option<AltitudeBand> {
-    let is_used = |names: &&[&str; 5]| names.iter().any(|name| layer.get(name).is_some());
-    let [lower, lower_reference, upper, upper_reference, unit] =
-        LIMITS.iter().find(is_used).copied().unwrap_or(LIMITS[0]);
+    let names = LIMITS.map(|names| spelling(layer, names, sheet));
+    let [lower, lower_reference, upper, upper_reference, unit] = names;
+    let unit = unit?;
     let unit_m = match layer.get(unit) {
         Some(value) => sheet.word(value, &layer.place.member(unit), &UNITS)?,
         // The default of the standard.
         None => 1.0,
     };
-    let lower = read_limit(layer, [lower, lower_reference], unit_m, sheet);
-    let upper = read_limit(layer, [upper, upper_reference], unit_m, sheet);
+    let lower = read_limit(layer, [lower?, lower_reference?], unit_m, sheet);
+    let upper = read_limit(layer, [upper?, upper_reference?], unit_m, sheet);
     Some(AltitudeBand {
         lower: lower?,
         upper: upper?,
     })
+}
+
+/// The name that a member of a layer has there, that of the standard where it has none; it is refused where both are there
+/// and say different things.
+fn spelling(
+    layer: Members<'_>,
+    [usual, other]: [&'static str; 2],
+    sheet: &mut Sheet,
+) -> Option<&'static str> {
+    let Some(value) = layer.get(other) else {
+        return Some(usual);
+    };
+    let place = layer.place.member(other);
+    match layer.get(usual) {
+        None => {
+            sheet.note(&place, format!("was read as the {usual}"));
+            Some(other)
+        }
+        Some(stated) if means_same(stated, value) => Some(usual),
+        Some(_) => {
+            let message = format!("says something else than '{usual}' beside it");
+            sheet.refuse(ZoneCode::UnknownField, &place, message, "leave one of them");
+            None
+        }
+    }
+}
+
+/// Whether two values mean the same: how a number is written, and the case of words, do not matter.
+fn means_same(one: &Value, other: &Value) -> bool {
+    match (one.as_f64(), other.as_f64()) {
+        (Some(one), Some(other)) => one == other,
+        _ => one.to_string().eq_ignore_ascii_case(&other.to_string()),
+    }
 }
