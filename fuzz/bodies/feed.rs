@@ -56,7 +56,7 @@ fn hold(feed: &ZoneFeed, airspace: &Airspace) {
         assert_eq!(lifted.closed().blocked_segment_count(), 0, "{written}");
     }
     if frame.is_geographic() && !zones.is_empty() {
-        let written = write_ed318(zones.iter().copied());
+        let written = write_ed318(zones.iter().copied(), frame).expect("longitudes and latitudes");
         let back = read(&written, airspace).expect("what is exported is a feed");
         let refused = back.zones.iter().filter(|zone| zone.outcome.is_err());
         assert_eq!(refused.count(), 0, "{written}");

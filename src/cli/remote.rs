@@ -63,6 +63,14 @@ impl Remote {
         self.answer(&url, self.client.get(&url)).await
     }
 
+    /// What is at a path, as text of a media type.
+    pub(super) async fn get_as(&self, path: &str, media_type: &str) -> Result<String, Stop> {
+        let url = format!("{}{path}", self.base);
+        let request = self.client.get(&url).header("accept", media_type);
+        let body = self.answer(&url, request).await?;
+        String::from_utf8(body).map_err(Stop::failed)
+    }
+
     /// The answer to a body.
     pub(super) async fn post(
         &self,

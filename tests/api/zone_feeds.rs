@@ -3,6 +3,9 @@
 
 use crate::harness::Api;
 use serde_json::{Value, json};
+use skyway::edge::Settings;
+use skyway::formats::load_network;
+use std::sync::Arc;
 
 const KML: &str = "application/vnd.google-earth.kml+xml";
 const PATH: &str = "/v1/zones:import?feed=drawn";
@@ -59,6 +62,30 @@ async fn what_is_no_feed_is_refused_with_what_to_send() {
     // Elsewhere a body is JSON.
     let told = api.ask("POST /v1/zones", &[("content-type", KML)], DRAWN);
     assert_eq!(told.await.status, 415);
+}
+
+/// Two roofs, in metres.
+const PLANE: &str = r#"{"type": "FeatureCollection", "skyway": {"format": 1, "coordinates": "planar"}, "features": [
+{"type": "Feature", "id": "a", "geometry": {"type": "Point", "coordinates": [0, 0]}, "properties": {"pads": 1}},
+{"type": "Feature", "id": "b", "geometry": {"type": "Point", "coordinates": [500, 0]}, "properties": {"pads": 1}},
+{"type": "Feature", "geometry": {"type": "LineString", "coordinates": [[0, 0], [500, 0]]},
+"properties": {"from": "a", "to": "b"}}]}"#;
+
+#[tokio::test]
+async fn metres_of_a_plane_are_not_told_as_degrees() {
+    let network = load_network(PLANE).expect("a network");
+    let api = Api::on(Arc::new(network.topology), PLANE, Settings::default()).await;
+    let zone = json!({
+        "type": "Feature", "id": "crane", "geometry": {"type": "Point", "coordinates": [250, 60]},
+        "properties": {"radius_m": 50},
+    });
+    api.post("/v1/zones", &zone).await.is(201);
+    let accept = [("accept", "application/vnd.eurocae.ed318+json")];
+    let refused = api.ask("GET /v1/zones", &accept, "").await.is(400).json();
+    let fault = &refused["errors"][0];
+    assert_eq!(fault["pointer"], "accept", "{refused}");
+    let hint = fault["hint"].as_str().expect("a remedy");
+    assert!(hint.contains("GeoJSON"), "{refused}");
 }
 
 /// A round zone of a feed, which is refused where its upper limit is text.

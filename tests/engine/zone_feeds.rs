@@ -54,7 +54,8 @@ fn samples_are_imported_as_written_or_refused_with_the_reason() {
         Some("AIR_TRAFFIC, OTHER, Flying Whales - part 2")
     );
     assert_eq!(imported[0].authority(), Some("LFPG-UASZoneManager"));
-    let again = read(&write_ed318(imported.iter().copied()), &airspace);
+    let written = write_ed318(imported.iter().copied(), airspace.topology().frame());
+    let again = read(&written.expect("ED-318"), &airspace);
     let times = |feed: &ZoneFeed| -> Vec<_> {
         let all = zones(feed).into_iter();
         all.map(|zone| (zone.id().to_owned(), zone.terms().schedules.clone()))

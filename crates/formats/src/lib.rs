@@ -36,8 +36,8 @@ pub use composition::composition_json;
 pub use criticality::{read_demand, write_criticality};
 pub use error::{FormatError, MAX_FORMAT_ERRORS};
 pub use feed::{
-    FeedFormat, FeedNote, FeedTerms, FeedZone, KML_MEDIA_TYPE, MAX_FEED_BYTES, MAX_FEED_ZONES,
-    ZoneFeed, read_feed, write_ed318,
+    ED318_MEDIA_TYPE, FeedFormat, FeedNote, FeedTerms, FeedZone, KML_MEDIA_TYPE, MAX_FEED_BYTES,
+    MAX_FEED_ZONES, ZoneFeed, read_feed, write_ed318,
 };
 pub use flight_document::{
     DifferingPremise, FlightDocument, FlightDocumentFault, differing_premises, is_flight_document,

@@ -6,6 +6,7 @@ use super::reading::{self, FeedBody, JsonBody};
 use super::refusals;
 use super::zone_schema::{ZoneCollection, ZoneFeature};
 use crate::edge::{Edge, FeedImport, ZoneWrite};
+use crate::formats::ED318_MEDIA_TYPE;
 use crate::wire::{ZoneAck, ZoneImport};
 use axum::response::Response;
 use http::{HeaderMap, StatusCode, header};
@@ -14,8 +15,6 @@ use serde_json::Value;
 use utoipa::IntoParams;
 
 const COLLECTION: &str = "/v1/zones";
-/// The media type of ED-318; it is not registered.
-const ED318: &str = "application/vnd.eurocae.ed318+json";
 
 /// How a zone is written.
 #[derive(Deserialize, IntoParams)]
@@ -204,9 +203,10 @@ pub(super) async fn list_zones(
     Call(edge, caller, page): Call<Edge, PageParameters>,
     headers: HeaderMap,
 ) -> Answer {
-    if extract::accepted(&headers, &[ED318]).is_some() {
-        let (text, stamp) = edge.zones_as_ed318(&caller);
-        return Ok(stamped(of_bytes(StatusCode::OK, ED318, text), &stamp));
+    if extract::accepted(&headers, &[ED318_MEDIA_TYPE]).is_some() {
+        let (text, stamp) = edge.zones_as_ed318(&caller)?;
+        let response = of_bytes(StatusCode::OK, ED318_MEDIA_TYPE, text);
+        return Ok(stamped(response, &stamp));
     }
     let zones = edge.zones(&caller, &page.into_request())?;
     told(StatusCode::OK, GEOJSON, &zones)

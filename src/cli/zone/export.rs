@@ -1,14 +1,12 @@
 //! `skyway zone export`: the zones of an edge, as GeoJSON or ED-318.
 
 use super::edge_arguments::EdgeArguments;
-use crate::airspace::Zone;
 use crate::cli::edge::runtime;
 use crate::cli::files;
 use crate::cli::output::Output;
 use crate::cli::remote::{Remote, START_OR_NAME};
 use crate::cli::stop::{Stop, Verdict};
-use crate::formats::{ZoneId, write_ed318, zone_from_feature};
-use crate::geo::{Frame, LocalPlane};
+use crate::formats::ED318_MEDIA_TYPE;
 use crate::wire::ZoneList;
 use clap::{Args, ValueEnum};
 use serde_json::Value;
@@ -50,16 +48,16 @@ impl Export {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let remedy = START_OR_NAME.to_owned();
         let remote = Remote::of(&self.edge.edge, self.edge.token_file.as_deref(), remedy)?;
-        let features = runtime()?.block_on(all_zones(&remote))?;
         let text = match self.format {
             Format::Geojson => {
+                let features = runtime()?.block_on(all_zones(&remote))?;
                 let lines: Vec<String> = features.iter().map(Value::to_string).collect();
                 let lines = lines.join(",\n");
                 format!("{{\"type\":\"FeatureCollection\",\"features\":[\n{lines}\n]}}\n")
             }
             Format::Ed318 => {
-                let zones: Result<Vec<Zone>, Stop> = features.iter().map(zone_of).collect();
-                write_ed318(&zones?)
+                let whole = remote.get_as("/v1/zones", ED318_MEDIA_TYPE);
+                runtime()?.block_on(whole)?
             }
         };
         files::write_text(&self.output, &text, output)?;
@@ -80,25 +78,5 @@ async fn all_zones(remote: &Remote) -> Result<Vec<Value>, Stop> {
             Some(token) => path = format!("/v1/zones?page_size=1000&page_token={token}"),
             None => return Ok(features),
         }
-    }
-}
-
-/// A zone of an edge, on a plane of its own.
-fn zone_of(feature: &Value) -> Result<Zone, Stop> {
-    let place = first_position(&feature["geometry"]["coordinates"]);
-    let [lon_deg, lat_deg] = place.unwrap_or_default();
-    let frame = Frame::Geographic(LocalPlane::about(lon_deg, lat_deg));
-    zone_from_feature(feature, ZoneId::Stated, &frame).map_err(|problems| {
-        let source = format!("zone {}", feature["id"]);
-        Stop::all_of(&source, &problems)
-    })
-}
-
-fn first_position(coordinates: &Value) -> Option<[f64; 2]> {
-    let list = coordinates.as_array()?;
-    match list.as_slice() {
-        [Value::Number(lon), Value::Number(lat)] => Some([lon.as_f64()?, lat.as_f64()?]),
-        [first, ..] => first_position(first),
-        [] => None,
     }
 }

@@ -223,10 +223,25 @@ impl Edge {
     }
 
     /// All zones as the text of an ED-318 collection, and the world of that answer.
-    pub fn zones_as_ed318(&self, _caller: &Caller) -> (String, wire::Stamp<'static>) {
-        let snapshot = self.snapshot();
-        let text = write_ed318(snapshot.zones.values().map(|entry| &*entry.zone));
-        (text, self.stamp_of(&snapshot))
+    ///
+    /// # Errors
+    /// While there is no network, and where it is planar.
+    pub fn zones_as_ed318(
+        &self,
+        _caller: &Caller,
+    ) -> Result<(String, wire::Stamp<'static>), Refusal> {
+        let snapshot = self.on_network()?;
+        let zones = snapshot.zones.values().map(|entry| &*entry.zone);
+        let text = write_ed318(zones, snapshot.topology().frame()).map_err(|problem| {
+            let fault = wire::Fault {
+                code: problem.code.to_owned(),
+                pointer: "accept".to_owned(),
+                message: problem.message,
+                hint: problem.hint,
+            };
+            Refusal::at(Code::ParameterInvalid, fault)
+        })?;
+        Ok((text, self.stamp_of(&snapshot)))
     }
 
     /// Reads a zone and works out what it closes; `id` fixes its id, else `made` is the id of one that states none.

@@ -1,11 +1,12 @@
 //! ED-318: GeoJSON features whose geometries carry their layer, and what national feeds make of it.
 
 use super::collected::{Collected, Reader, bounded};
+use super::extended::{EXTENDED, MARGIN, is_plain, stands_for};
 use super::layer::{FeedDraft, Layer, UNITS, read_limit, read_position, read_rings};
 use super::record::{Record, read_identifier, read_kind};
 use super::sheet::{Members, Sheet};
 use super::times::Applicability;
-use crate::airspace::ZoneGeometry;
+use crate::airspace::{MAX_MARGIN_M, ZoneGeometry};
 use crate::geo::AltitudeBand;
 use crate::place::Place;
 use crate::zones::{ZoneCode, ZoneProblem};
@@ -111,6 +112,7 @@ fn read_draft(
         }
     };
     *identifier = read_identifier(zone, sheet);
+    read_extended(zone, identifier, sheet);
     let kind = read_kind(zone, ["type", "restriction"], sheet);
     let applies = read_applicability(zone, sheet);
     let mut layers = Vec::new();
@@ -135,6 +137,36 @@ fn read_draft(
         layers,
         record,
     })
+}
+
+/// What the export here writes where the standard has no word for it: the margin, and the identifier whose place digits take.
+fn read_extended(zone: Members<'_>, identifier: &mut Option<String>, sheet: &mut Sheet) {
+    let place = zone.place.member(EXTENDED);
+    let Some(members) = zone.get(EXTENDED).and_then(Value::as_object) else {
+        return;
+    };
+    let extended = Members {
+        members,
+        place: &place,
+    };
+    if let Some(margin) = extended.get(MARGIN) {
+        let sane = margin
+            .as_f64()
+            .filter(|margin_m| (0.0..=MAX_MARGIN_M).contains(margin_m));
+        if sane.is_none() {
+            let message = format!("not used, as it is no margin from 0 to {MAX_MARGIN_M} m");
+            sheet.note(&place.member(MARGIN), message);
+        }
+        sheet.margin_m = sane;
+    }
+    let full = extended.get("identifier").and_then(Value::as_str);
+    if let (Some(full), Some(short)) = (full, identifier)
+        && is_plain(full)
+        && stands_for(short, full)
+    {
+        sheet.note(&place.member("identifier"), "was read as the identifier");
+        full.clone_into(short);
+    }
 }
 
 /// Without limits in time a zone is permanent.

@@ -1,18 +1,17 @@
 //! Zones as ED-318: one feature for each identifier, with its volumes as layers.
 //!
 //! Written strictly after the published schemas. What they have no word for is kept below
-//! `extendedProperties`: the id here where it is longer than an identifier may be, the margin, and
-//! a class of U-space.
+//! `extendedProperties`: the identifier where it is longer than one may be, the margin, and a class
+//! of U-space. Identifier and margin are read back.
 
+use super::extended::{EXTENDED, Identifier, MARGIN, identifiers};
+use super::{FeedFormat, check_frame};
 use crate::airspace::{DailyPeriod, DayTime, Recurrence, Window, Zone, ZoneGeometry, ZoneKind};
-use crate::geo::{Altitude, AltitudeReference};
-use crate::zones::{DAYS, clock_text, record_of};
+use crate::geo::{Altitude, AltitudeReference, Frame};
+use crate::zones::{DAYS, ZoneProblem, clock_text, record_of};
 use rustc_hash::FxHashMap;
 use serde_json::{Map, Value, json};
-use sha2::{Digest, Sha256};
 
-/// The longest identifier.
-const IDENTIFIER_MAX: usize = 7;
 /// The longest text, in characters.
 const TEXT_MAX: usize = 200;
 /// The code of a country that is not stated: ISO 3166-1 leaves it to its users.
@@ -31,7 +30,14 @@ const REASONS: [&str; 9] = [
 
 /// Zones as the text of an ED-318 collection; those of one identifier of one feed are the volumes
 /// of one zone.
-pub fn write_ed318<'z>(zones: impl IntoIterator<Item = &'z Zone>) -> String {
+///
+/// # Errors
+/// When their coordinates, as `frame` says, are no longitudes and latitudes.
+pub fn write_ed318<'z>(
+    zones: impl IntoIterator<Item = &'z Zone>,
+    frame: &Frame,
+) -> Result<String, ZoneProblem> {
+    check_frame(FeedFormat::Ed318, frame)?;
     let mut order: Vec<Vec<&Zone>> = Vec::new();
     let mut places: FxHashMap<(String, String), usize> = FxHashMap::default();
     for zone in zones {
@@ -49,14 +55,16 @@ pub fn write_ed318<'z>(zones: impl IntoIterator<Item = &'z Zone>) -> String {
             }
         }
     }
+    let firsts: Vec<&Zone> = order.iter().map(|volumes| volumes[0]).collect();
     let features: Vec<String> = order
         .iter()
-        .map(|volumes| feature(volumes).to_string())
+        .zip(identifiers(&firsts))
+        .map(|(volumes, identifier)| feature(volumes, identifier).to_string())
         .collect();
-    format!(
+    Ok(format!(
         "{{\"type\":\"FeatureCollection\",\"name\":\"zones\",\"features\":[\n{}\n]}}\n",
         features.join(",\n")
-    )
+    ))
 }
 
 /// Whether two volumes of one identifier mean the same, so that one feature can say both.
@@ -66,35 +74,26 @@ fn is_one_zone(one: &Zone, other: &Zone) -> bool {
         && one.margin_m() == other.margin_m()
 }
 
-fn feature(volumes: &[&Zone]) -> Value {
+fn feature(volumes: &[&Zone], identifier: Identifier<'_>) -> Value {
     let mut shapes: Vec<Value> = volumes.iter().flat_map(|zone| shapes_of(zone)).collect();
     let geometry = match shapes.len() {
         1 => shapes.remove(0),
         _ => json!({"type": "GeometryCollection", "geometries": shapes}),
     };
-    json!({"type": "Feature", "geometry": geometry, "properties": properties(volumes[0])})
+    json!({"type": "Feature", "geometry": geometry, "properties": properties(volumes[0], identifier)})
 }
 
-fn properties(zone: &Zone) -> Map<String, Value> {
+fn properties(zone: &Zone, identifier: Identifier<'_>) -> Map<String, Value> {
     let mut record = record_of(zone.terms()).unwrap_or_default();
-    let mut extended = match record.remove("extendedProperties") {
+    let mut extended = match record.remove(EXTENDED) {
         Some(Value::Object(extended)) => extended,
         _ => Map::new(),
     };
-    let id = zone
-        .terms()
-        .source
-        .as_ref()
-        .map_or(zone.id(), |source| &source.id);
-    let is_plain = !id.chars().any(char::is_control) && id.trim() == id;
-    let identifier = match is_plain && id.chars().count() <= IDENTIFIER_MAX {
-        true => id.to_owned(),
-        false => {
-            extended.insert("identifier".to_owned(), json!(id));
-            hex::encode(Sha256::digest(id.as_bytes()))[..IDENTIFIER_MAX].to_owned()
-        }
-    };
-    extended.insert("margin_m".to_owned(), json!(zone.margin_m()));
+    let Identifier { full, short } = identifier;
+    if full != short {
+        extended.insert("identifier".to_owned(), json!(full));
+    }
+    extended.insert(MARGIN.to_owned(), json!(zone.margin_m()));
     for name in ["uSpaceClass", "dataSource"] {
         if let Some(value) = record.remove(name) {
             extended.insert(name.to_owned(), value);
@@ -106,7 +105,7 @@ fn properties(zone: &Zone) -> Map<String, Value> {
         .unwrap_or(NO_COUNTRY);
     let variant = record.get("variant").and_then(Value::as_str);
     let mut told = Map::new();
-    told.insert("identifier".to_owned(), json!(identifier));
+    told.insert("identifier".to_owned(), json!(short));
     told.insert("country".to_owned(), json!(country));
     told.insert("type".to_owned(), json!(kind_code(zone.terms().kind)));
     let variant = variant
@@ -124,7 +123,7 @@ fn properties(zone: &Zone) -> Map<String, Value> {
     if let Some(periods) = limited_applicability(zone) {
         told.insert("limitedApplicability".to_owned(), periods);
     }
-    told.insert("extendedProperties".to_owned(), Value::Object(extended));
+    told.insert(EXTENDED.to_owned(), Value::Object(extended));
     told
 }
 

@@ -157,9 +157,12 @@ impl Reader<'_> {
         collected: &mut Collected,
     ) {
         let found = sheet.problems.or(draft);
-        let outcome = found.and_then(|draft| self.zones(draft, &pointer));
+        let margin_m = sheet.margin_m.unwrap_or(self.terms.margin_m);
+        let outcome = found.and_then(|draft| self.zones(draft, margin_m, &pointer));
         let outlines = match (&outcome, &identifier) {
-            (Err(_), Some(identifier)) => self.outlines(identifier, sheet.kind, sheet.shapes),
+            (Err(_), Some(identifier)) => {
+                self.outlines(identifier, sheet.kind, margin_m, sheet.shapes)
+            }
             _ => Vec::new(),
         };
         let notes = sheet.notes.into_iter().map(|mut note| {
@@ -181,6 +184,7 @@ impl Reader<'_> {
         &self,
         identifier: &str,
         kind: Option<ZoneKind>,
+        margin_m: f64,
         shapes: Vec<ZoneGeometry>,
     ) -> Vec<Zone> {
         let kind = kind.unwrap_or(ZoneKind::Prohibited);
@@ -199,11 +203,16 @@ impl Reader<'_> {
             layers: layers.collect(),
             record: Record::empty(),
         };
-        self.zones(draft, "").unwrap_or_default()
+        self.zones(draft, margin_m, "").unwrap_or_default()
     }
 
     /// The zones of a draft: one for each of its volumes.
-    fn zones(&self, draft: FeedDraft, pointer: &str) -> Result<Vec<Zone>, Vec<ZoneProblem>> {
+    fn zones(
+        &self,
+        draft: FeedDraft,
+        margin_m: f64,
+        pointer: &str,
+    ) -> Result<Vec<Zone>, Vec<ZoneProblem>> {
         let FeedDraft {
             identifier,
             kind,
@@ -240,7 +249,7 @@ impl Reader<'_> {
                 geometry: layer.geometry,
                 band: layer.band,
                 windows: applies.windows.clone(),
-                margin_m: self.terms.margin_m,
+                margin_m,
                 terms: terms.clone(),
             };
             match Zone::new(zone, self.frame) {

@@ -10,12 +10,15 @@ mod collected;
 mod ed269;
 mod ed318;
 mod ed318_write;
+mod extended;
 mod fence;
 mod kml;
 mod layer;
 mod native;
 mod record;
 mod sheet;
+#[cfg(test)]
+mod tests;
 mod times;
 
 use crate::geo::Frame;
@@ -27,6 +30,8 @@ pub use collected::{FeedNote, FeedTerms, FeedZone, MAX_FEED_ZONES};
 pub use ed318_write::write_ed318;
 use serde_json::Value;
 
+/// The media type of ED-318; it is not registered.
+pub const ED318_MEDIA_TYPE: &str = "application/vnd.eurocae.ed318+json";
 /// The media type of KML.
 pub const KML_MEDIA_TYPE: &str = "application/vnd.google-earth.kml+xml";
 /// At most this many bytes in a feed.
@@ -148,12 +153,9 @@ fn check_frame(format: FeedFormat, frame: &Frame) -> Result<(), ZoneProblem> {
     if format == FeedFormat::GeoJson || frame.is_geographic() {
         return Ok(());
     }
-    let message = "the network is planar, and the feed has longitudes and latitudes";
-    Err(ZoneProblem::new(
-        ZoneCode::FormatForeign,
-        String::new(),
-        message,
-    ))
+    let message = "the network is planar, and the format has longitudes and latitudes";
+    let problem = ZoneProblem::new(ZoneCode::FormatForeign, String::new(), message);
+    Err(problem.hint("use GeoJSON, which has the metres of the network"))
 }
 
 fn format_of(document: &Value) -> FeedFormat {

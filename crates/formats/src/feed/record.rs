@@ -1,6 +1,7 @@
 //! What a feed says of a zone beside its shape and times, in the words of ED-318, as text for
 //! people and for export.
 
+use super::extended::{EXTENDED, IDENTIFIER_MAX};
 use super::layer::KINDS;
 use super::sheet::{Members, Sheet};
 use crate::airspace::ZoneKind;
@@ -21,7 +22,6 @@ const KEPT: [&str; 7] = [
 /// Texts, which ED-318 has in several languages and ED-269 in one.
 const TEXTS: [&str; 3] = ["name", "message", "otherReasonInfo"];
 const AUTHORITY_TEXTS: [&str; 3] = ["name", "service", "contactName"];
-const EXTENDED: &str = "extendedProperties";
 
 /// What nothing here acts on.
 pub(super) struct Record(Map<String, Value>);
@@ -180,7 +180,7 @@ pub(super) fn read_identifier(zone: Members<'_>, sheet: &mut Sheet) -> Option<St
         return None;
     };
     let identifier = plain_identifier(&identifier, &zone.place.member("identifier"), sheet)?;
-    if identifier.chars().count() > 7 {
+    if identifier.chars().count() > IDENTIFIER_MAX {
         let place: Place<'_> = zone.place.member("identifier");
         sheet.note(
             &place,

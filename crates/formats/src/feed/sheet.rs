@@ -13,6 +13,8 @@ pub(super) struct Sheet {
     pub(super) notes: Vec<FeedNote>,
     /// The type of the zone, where it can be read.
     pub(super) kind: Option<ZoneKind>,
+    /// By how much it is widened, in metres, where it says so.
+    pub(super) margin_m: Option<f64>,
     /// Its shapes that can be read, whatever is wrong beside them.
     pub(super) shapes: Vec<ZoneGeometry>,
 }
