@@ -145,6 +145,7 @@ pub(super) mod tests {
             ],
             pads: vec![1, 0, 2, 1, 1, 1],
             segments: vec![4, 5, 0, 1, 2, 1, 2, 3],
+            segment_ids: Vec::new(),
             topology_revision: 1,
         }
     }

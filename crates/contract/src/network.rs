@@ -86,6 +86,9 @@ pub struct CompactNetwork<'a> {
     pub pads: Vec<u16>,
     /// The segments: two indices into `ids` for each.
     pub segments: Vec<u32>,
+    /// Ids of the segments; absent where the network states none, so that each is `A-B` after its nodes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub segment_ids: Vec<Cow<'a, str>>,
     /// Changes with nodes and segments.
     pub topology_revision: u64,
 }

@@ -247,6 +247,7 @@ mod tests {
             segments: (1..count as u32)
                 .flat_map(|node| [node - 1, node])
                 .collect(),
+            segment_ids: Vec::new(),
             topology_revision: 1,
         })
     }

@@ -137,6 +137,11 @@ impl Topology {
         self.node_ids.rank(node)
     }
 
+    /// True when the file states the id of a segment at least.
+    pub fn has_stated_segment_ids(&self) -> bool {
+        matches!(self.segment_ids, SegmentIds::Stated { .. })
+    }
+
     /// The id of a segment: as stated, or `"A-B"` with the node first in node order first.
     pub fn segment_id(&self, segment: SegmentIx) -> Cow<'_, str> {
         match &self.segment_ids {

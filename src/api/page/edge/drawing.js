@@ -106,10 +106,9 @@ function drawZone(context, view, zone, look) {
   context.setLineDash([]);
 }
 
-/** The ends of a segment by its id, `A-B`. */
+/** The ends of a segment by its id, as stated or `A-B`. */
 function endsOf(segment) {
   const network = world.network;
-  if (!network.segmentEnds) network.segmentEnds = new Map();
   if (!network.segmentEnds.has(segment)) {
     const cuts = [...segment.matchAll(/-/g)].map((match) => [segment.slice(0, match.index), segment.slice(match.index + 1)]);
     const ends = cuts.find(([from, to]) => nodeAt(from) !== undefined && nodeAt(to) !== undefined);

@@ -28,7 +28,9 @@ export const world = {
 
 export function setNetwork(compact) {
   const index = new Map(compact.ids.map((id, place) => [id, place]));
-  world.network = { ...compact, index };
+  const endsAt = (place) => [2 * place, 2 * place + 1].map((end) => compact.ids[compact.segments[end]]);
+  const segmentEnds = new Map((compact.segment_ids ?? []).map((id, place) => [id, endsAt(place)]));
+  world.network = { ...compact, index, segmentEnds };
   world.changed.add("network");
 }
 
