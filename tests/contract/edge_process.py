@@ -70,6 +70,10 @@ class EdgeProcess:
         except (FileNotFoundError, json.JSONDecodeError):
             return None
 
+    def hang(self, hangs: bool) -> None:
+        """Stops it where it is, or lets it go on: its connections stay open and say nothing."""
+        self._process.send_signal(signal.SIGSTOP if hangs else signal.SIGCONT)
+
     def __exit__(self, kind, *_) -> None:
         status = self._end()
         log = self.log()

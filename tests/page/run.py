@@ -29,8 +29,9 @@ CENTRE = (151.2086, -33.8660)
 class Edge:
     """What the stories ask of the edge beside the page."""
 
-    def __init__(self, port: int) -> None:
-        self.url = f"http://127.0.0.1:{port}"
+    def __init__(self, process: EdgeProcess) -> None:
+        self.process = process
+        self.url = f"http://127.0.0.1:{process.port}"
         self.session = requests.Session()
 
     def ask(self, method: str, path: str, **how) -> requests.Response:
@@ -127,6 +128,18 @@ def wind_batteries_and_pads_are_seen(edge: Edge, page: Page) -> None:
     page.until("its pad is taken", lambda: " 0 pads taken" not in f" {page.text('#counts')}".replace("\n", " "))
 
 
+def an_edge_that_hangs_is_told_and_its_clock_goes_on(edge: Edge, page: Page) -> None:
+    page.until("it is live", lambda: page.text("#connection") == "live")
+    edge.process.hang(True)
+    try:
+        page.until("the connection is lost", lambda: page.text("#connection") == "reconnecting")
+        shown = page.text("#clock-time")
+        page.until("the clock goes on", lambda: page.text("#clock-time") > shown)
+    finally:
+        edge.process.hang(False)
+    page.until("it is live again", lambda: page.text("#connection") == "live")
+
+
 STORIES = (
     plans_flown_are_counted_beside_many_that_are_over,
     zones_beyond_the_first_are_found_and_lifted,
@@ -134,6 +147,7 @@ STORIES = (
     what_was_seen_is_lifted_and_nothing_newer,
     rows_stay_where_they_are,
     wind_batteries_and_pads_are_seen,
+    an_edge_that_hangs_is_told_and_its_clock_goes_on,
 )
 
 
@@ -152,7 +166,7 @@ def tell(binary: pathlib.Path) -> int:
     """Tells the stories of the edge's page; gives how many there are."""
     flown = ("--set", "flight.airframe=phantom3")
     with EdgeProcess(binary, *flown) as process, tempfile.TemporaryDirectory(prefix="skyway-page-") as profile:
-        edge = Edge(process.port)
+        edge = Edge(process)
         prepare(edge)
         page = Page(edge.url, profile)
         try:

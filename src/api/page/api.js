@@ -1,5 +1,8 @@
 // Requests to the daemon behind a page, and its streams of events. The token, where one is needed, lives in this module alone.
 
+/** Streams say something every 15 s: one that is silent for so long is lost, and so is a request without an answer. */
+const SILENCE_MAX_MS = 45000;
+
 let token = "";
 let onUnauthorized = () => {};
 
@@ -38,9 +41,9 @@ export async function request(method, path, { body, headers = {}, signal } = {})
   throw new Problem(response.status, document);
 }
 
-/** Reads a JSON document. */
-export async function read(path) {
-  return (await request("GET", path)).json();
+/** Reads a JSON document; throws where it is not there in time. */
+export async function read(path, withinMs = SILENCE_MAX_MS) {
+  return (await request("GET", path, { signal: AbortSignal.timeout(withinMs) })).json();
 }
 
 /** Reads a list page by page, until `take` has been given `most` entries; tells whether there are more. */
@@ -57,26 +60,38 @@ export async function readPages(path, key, most, take) {
 }
 
 /**
- * Follows a stream of events after `lastId` until the stream ends, and calls `take` with each.
+ * Follows a stream of events after `lastId` until the stream ends, and calls `take` with each; throws where it falls silent.
  *
  * `EventSource` cannot send a token, so the stream is read from an ordinary request.
  */
 export async function follow(path, lastId, signal, opened, take) {
   const headers = { Accept: "text/event-stream" };
   if (lastId) headers["Last-Event-ID"] = lastId;
-  const response = await request("GET", path, { headers, signal });
-  opened();
-  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
-  let rest = "";
-  for (;;) {
-    const { value, done } = await reader.read();
-    if (done) return;
-    const blocks = (rest + value).replaceAll("\r\n", "\n").split("\n\n");
-    rest = blocks.pop();
-    for (const block of blocks) {
-      const event = parse(block);
-      if (event) take(event);
+  const silence = new AbortController();
+  let timer = 0;
+  const heard = () => {
+    clearTimeout(timer);
+    timer = setTimeout(() => silence.abort(new Error("the stream is silent")), SILENCE_MAX_MS);
+  };
+  heard();
+  try {
+    const response = await request("GET", path, { headers, signal: AbortSignal.any([signal, silence.signal]) });
+    opened();
+    const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+    let rest = "";
+    for (;;) {
+      const { value, done } = await reader.read();
+      if (done) return;
+      heard();
+      const blocks = (rest + value).replaceAll("\r\n", "\n").split("\n\n");
+      rest = blocks.pop();
+      for (const block of blocks) {
+        const event = parse(block);
+        if (event) take(event);
+      }
     }
+  } finally {
+    clearTimeout(timer);
   }
 }
 

@@ -85,7 +85,7 @@ export class Circle {
     this.changed();
     $("circle-post").disabled = true;
     if (!this.draft) {
-      $("circle-effect").textContent = edgeTime() === null ? "The edge's time is not known yet: it is told with the first drone or event." : "Every field needs a number.";
+      $("circle-effect").textContent = edgeTime() === null ? "The edge's time is not known yet." : "Every field needs a number.";
       return;
     }
     clearTimeout(this.timer);

@@ -6,12 +6,15 @@ import { drawGround, readInks } from "./canvas.js";
 import { Circle } from "./circle.js";
 import { drawTraffic, placesOf } from "./drawing.js";
 import { extraOf, sentence, showChosen, showClock, showCounts, showDrones, showEvents, showRecompositions, showStamp, showWind } from "./panels.js";
-import { LINES_MAX, POLL_MS, addRecomposition, apply, clearLists, setClosure, setDrones, setNetwork, setPlan, setPlanCounts, setStamp, setWeather, setZone, world } from "./world.js";
+import { LINES_MAX, POLL_MS, addRecomposition, apply, clearLists, edgeTime, setClock, setClosure, setDrones, setNetwork, setPlan, setPlanCounts, setStamp, setWeather, setZone, world } from "./world.js";
 import { View } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
 const LISTED_MAX = 5000;
 const COUNT_EVERY_POLLS = 4;
+const CLOCK_EVERY_POLLS = 60;
+/** An edge that takes longer over a poll hangs, or the network is cut. */
+const POLL_WITHIN_MS = 10000;
 const RETRY_MIN_MS = 500;
 const RETRY_MAX_MS = 5000;
 const ANNOUNCE_EVERY_MS = 4000;
@@ -21,6 +24,7 @@ const darkness = matchMedia("(prefers-color-scheme: dark)");
 const details = new Map();
 let chosen = null;
 let lastEventId = "";
+let stream = new AbortController();
 let isReadingDetail = false;
 let isDirty = true;
 
@@ -46,7 +50,7 @@ function connection(state, text) {
 
 /** Notes a gap in the list of events, where it is seen. */
 function noteGap(text) {
-  const at = new Date(world.clock?.shown ?? Date.now()).toISOString();
+  const at = new Date(edgeTime() ?? Date.now()).toISOString();
   world.events = [{ kind: "gap", at, data: { text } }, ...world.events].slice(0, LINES_MAX);
   world.changed.add("events");
 }
@@ -77,6 +81,7 @@ async function readLists() {
     closures: await readPages("/v1/closures?", "closures", LISTED_MAX, (page) => page.closures.forEach(setClosure)),
   };
   setWeather(await read("/v1/weather"));
+  setClock(await read("/v1/clock"));
   world.recompositions = [];
   answers.recompositions.reverse().forEach(addRecomposition);
   setStamp(answers);
@@ -107,6 +112,7 @@ async function readClosure(id) {
 /** One stream of events, from its start to its end; where it does not resume another, the lists are read once it is open. */
 async function followOnce() {
   const stop = new AbortController();
+  stream = stop;
   const early = [];
   let lists = null;
   let failed = null;
@@ -162,10 +168,12 @@ async function pollForever() {
     await pause(POLL_MS);
     if (document.hidden || !world.network) continue;
     try {
-      setDrones(await read("/v1/drones?page_size=1000"));
-      if (polls % COUNT_EVERY_POLLS === 0) setPlanCounts((await read("/v1/plans?page_size=1")).counts);
-    } catch {
-      // The stream of events tells the reader that the edge is away.
+      setDrones(await read("/v1/drones?page_size=1000", POLL_WITHIN_MS));
+      if (polls % COUNT_EVERY_POLLS === 0) setPlanCounts((await read("/v1/plans?page_size=1", POLL_WITHIN_MS)).counts);
+      if (polls % CLOCK_EVERY_POLLS === 0) setClock(await read("/v1/clock", POLL_WITHIN_MS));
+    } catch (problem) {
+      // The stream of the same edge is lost, too, though it may not know yet: it tells the reader, and connects again.
+      if (!(problem instanceof Problem)) stream.abort(problem);
       await pause(RETRY_MIN_MS);
     }
   }

@@ -46,30 +46,21 @@ export function setStamp(answer) {
   world.changed.add("stamp");
 }
 
+/** Takes the answer of `GET /v1/clock`. */
+export function setClock({ time, rate }) {
+  world.clock = { shown: Date.parse(time), at: performance.now(), rate };
+}
+
 /** Takes an instant that the edge told: its time is at least this. */
 export function heardInstant(text) {
   const shown = Date.parse(text);
-  if (Number.isNaN(shown)) return;
-  const now = performance.now();
-  const clock = world.clock;
-  if (!clock) {
-    world.clock = { shown, at: now, since: { shown, at: now }, rate: null };
-    return;
-  }
-  if (shown <= clock.shown) return;
-  // Over a long time, as every single instant is heard up to a poll late.
-  const elapsed = now - clock.since.at;
-  if (elapsed > 5000) clock.rate = (shown - clock.since.shown) / elapsed;
-  clock.shown = shown;
-  clock.at = now;
+  if (world.clock && shown > edgeTime()) world.clock = { ...world.clock, shown, at: performance.now() };
 }
 
-/** The edge's time as far as it is known, in milliseconds, run on for a moment after it was last heard. */
+/** The edge's time in milliseconds, run on as fast as its clock passes; `null` before the clock was read. */
 export function edgeTime() {
   const clock = world.clock;
-  if (!clock) return world.stamp?.clock === "real" ? Date.now() : null;
-  const since = Math.min(performance.now() - clock.at, 2000);
-  return clock.shown + since * (clock.rate ?? 1);
+  return clock && clock.shown + (performance.now() - clock.at) * clock.rate;
 }
 
 /** Takes the answer of `GET /v1/drones`. */

@@ -117,8 +117,8 @@ export class Tracking {
       return;
     }
     this.told = told;
-    // The track tells how it stands; why, and since when, the delivery itself. Where it cannot be read, the next stream does.
-    this.readAgain().catch(() => {});
+    // The track tells how it stands; why, and since when, the delivery itself. Where it cannot be read, the next track asks again.
+    this.readAgain().catch(() => { this.told = null; });
   }
 
   async readAgain() {
