@@ -240,9 +240,10 @@ impl State {
         let entry = self.next.closures.get(id).cloned();
         if let Some(entry) = entry.filter(|entry| entry.until.is_some_and(|until| until < now)) {
             self.drop_closure(&entry, "over");
-            self.ended.note(id, entry.upstream);
-            // Everyone ends it by itself.
-            self.withdraw(ObjectKind::Closure, id);
+            self.forward_end(id);
+            if self.waiting_for(ObjectKind::Closure, id).is_empty() {
+                self.ended.note(id, entry.upstream);
+            }
         }
     }
 

@@ -6,8 +6,8 @@
 
 use super::State;
 use crate::entries::{ClosureEntry, ZoneEntry};
-use crate::upstream::published::{closure_body, zone_body};
-use crate::upstream::{OutboxEntry, Upstream, is_after};
+use crate::upstream::published::{closure_body, end_of, zone_body};
+use crate::upstream::{ITSELF, OutboxEntry, Upstream, is_after};
 use serde_json::json;
 use skyway_contract::{Author, ChangeOperation, EventKind, ObjectKind};
 use std::sync::Arc;
@@ -49,11 +49,33 @@ impl State {
         }
     }
 
+    /// A closure has ended here by itself. Everyone ends what was told just so; a version that still waits to be replaced
+    /// or removed may last longer, so that it is removed.
+    pub(super) fn forward_end(&mut self, id: &str) {
+        let kind = ObjectKind::Closure;
+        let waiting = self.waiting_for(kind, id);
+        let Some(first) = waiting.first() else {
+            return;
+        };
+        self.withdraw(kind, id);
+        let is_removal = first.operation == ChangeOperation::Delete;
+        let end = first.body.as_deref().and_then(end_of);
+        let is_over = end.is_some_and(|end| end < self.now);
+        if is_removal || !is_over {
+            // It may be on its way already.
+            self.next.outbox.insert(first.number, first.clone());
+        }
+        if !is_removal && (!is_over || first.expected.is_some()) {
+            let change = (kind, first.id.clone(), None);
+            self.forward(change, first.expected, Arc::from(ITSELF));
+        }
+    }
+
     /// In whose name something is told: as the registry writes it beside the edge.
     fn on_behalf_of(&self) -> Arc<str> {
         match self.author.as_deref() {
             Some(Author { role, subject, .. }) => Arc::from(format!("{role}:{subject}")),
-            None => Arc::from("edge"),
+            None => Arc::from(ITSELF),
         }
     }
 

@@ -115,16 +115,17 @@ impl State {
             }
             waiting => (kind, waiting),
         };
-        let is_removal = waiting
-            .last()
-            .is_some_and(|last| last.operation == ChangeOperation::Delete);
+        let removal = waiting.last();
+        let removal = removal.filter(|last| last.operation == ChangeOperation::Delete);
+        let is_removal = removal.is_some();
         let ours = self.standing_body(own_kind, &id);
         let standing = self.closure_of(own_kind, &id);
         let (Some(ours), Some(standing), false) = (ours, standing, is_removal) else {
             self.withdraw(own_kind, &id);
             put.push(id.clone());
             self.take_over(theirs);
-            if is_removal {
+            // What has ended here by itself gives way to what is closed there since.
+            if removal.is_some_and(|removal| !removal.is_end()) {
                 self.hold_change(own_kind, &id, None, None);
             }
             return;

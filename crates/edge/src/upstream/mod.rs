@@ -67,6 +67,16 @@ pub struct OutboxEntry {
     pub subject: Arc<str>,
 }
 
+/// Who stands for what an edge does by itself, in the log of the registry.
+pub(crate) const ITSELF: &str = "edge";
+
+impl OutboxEntry {
+    /// Whether it removes what has ended here by itself: no operator has asked for that.
+    pub(crate) fn is_end(&self) -> bool {
+        self.operation == ChangeOperation::Delete && &*self.subject == ITSELF
+    }
+}
+
 /// Things remembered in [`Told`], and in [`Ended`].
 const TOLD_MAX: usize = 10_000;
 

@@ -200,6 +200,12 @@ pub(crate) fn says_the_same(one: &str, other: &str) -> bool {
     one == other || closure(one).is_some_and(|one| Some(one) == closure(other))
 }
 
+/// When a closure ends, by its body; none where it never does.
+pub(crate) fn end_of(body: &str) -> Option<Timestamp> {
+    let closure: PublishedClosure = serde_json::from_str(body).ok()?;
+    closure.until?.parse().ok()
+}
+
 /// A closure as a registry keeps it, to the byte, so that it is recognised when it comes back.
 pub(crate) fn closure_body(topology: &Topology, entry: &ClosureEntry) -> Arc<str> {
     let closure = &entry.closure;
