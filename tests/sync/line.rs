@@ -34,6 +34,8 @@ struct Doing {
     bend_written: Option<BendWritten>,
     takes_no_writes: bool,
     refuses_next: bool,
+    /// Writes of this id are refused so.
+    refuses: Option<(String, u16)>,
     loses_answers: bool,
     delays_answers: bool,
     waits_for_ever: bool,
@@ -144,6 +146,11 @@ impl Line {
         self.lock().refuses_next = true;
     }
 
+    /// Writes of this id are refused with a status, by something on the way that says no more.
+    pub(crate) fn refuse_writes_of(&self, id: &str, status: u16) {
+        self.lock().refuses = Some((id.to_owned(), status));
+    }
+
     pub(crate) fn bend_written(&self, bend: impl FnMut(Written) -> Written + Send + 'static) {
         self.lock().bend_written = Some(Box::new(bend));
     }
@@ -214,6 +221,15 @@ impl Line {
                 status: 422,
                 code: "zone_invalid".to_owned(),
                 detail: "the registry takes no such zone".to_owned(),
+                retry_after_s: None,
+            });
+        }
+        let refuses = self.lock().refuses.clone();
+        if let Some((_, status)) = refuses.filter(|(id, _)| **id == *write.id) {
+            return Err(ClientError::Refused {
+                status,
+                code: String::new(),
+                detail: String::new(),
                 retry_after_s: None,
             });
         }

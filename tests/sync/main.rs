@@ -16,6 +16,7 @@ mod loopback;
 mod memory_disk;
 mod networks;
 mod news;
+mod refused;
 mod renewed;
 mod repeated;
 mod restart;

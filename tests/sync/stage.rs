@@ -39,8 +39,12 @@ pub(crate) struct Central {
 
 impl Central {
     pub(crate) async fn open() -> Self {
+        Self::with(registry::Settings::default()).await
+    }
+
+    pub(crate) async fn with(settings: registry::Settings) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        let (registry, store) = open(&folder, false).await;
+        let (registry, store) = open(&folder, false, settings).await;
         let central = Self {
             folder,
             registry,
@@ -87,7 +91,8 @@ impl Central {
 
     /// Opens the same store again, as one restored from a backup.
     pub(crate) async fn restore(&mut self) {
-        let (registry, store) = open(&self.folder, true).await;
+        let settings = registry::Settings::default();
+        let (registry, store) = open(&self.folder, true, settings).await;
         self.registry = registry;
         self.store = store;
     }
@@ -144,13 +149,17 @@ impl Central {
     }
 }
 
-async fn open(folder: &TempDir, new_epoch: bool) -> (Arc<Registry>, Arc<dyn Store>) {
+async fn open(
+    folder: &TempDir,
+    new_epoch: bool,
+    settings: registry::Settings,
+) -> (Arc<Registry>, Arc<dyn Store>) {
     let file = folder.path().join("registry.db");
     let store = open_store(&file.display().to_string()).await;
     let store = store.expect("a store");
     let registry = Registry::open(Opening {
         store: store.clone(),
-        settings: registry::Settings::default(),
+        settings,
         clock: Clock::by_hand(dawn()).0,
         high_water: None,
         new_epoch,

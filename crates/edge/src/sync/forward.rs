@@ -239,7 +239,9 @@ fn judged(entry: &OutboxEntry, error: ClientError) -> Sent {
         (412 | 428, _) | (409, "already_exists") => Sent::Met { code, detail },
         // Gone already, or no such network; the log tells.
         (404, NOT_FOUND) if is_removal => Sent::Met { code, detail },
-        (400 | 413 | 415 | 422, _) => Sent::Refused { code, detail },
+        // Of no registry: a proxy on the way knows no such address, for now or for ever.
+        (404, "") => Sent::Met { code, detail },
+        (400 | 405 | 413 | 415 | 422, _) => Sent::Refused { code, detail },
         _ => Sent::Unknown(retry_after_s),
     }
 }

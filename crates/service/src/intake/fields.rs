@@ -95,7 +95,7 @@ impl Faults {
         None
     }
 
-    /// An id that a thing is to have: printable, and neither empty nor too long.
+    /// An id that a thing is to have: printable, neither empty nor too long, and no step of a path.
     pub fn id(&mut self, pointer: &str, id: Option<&str>) {
         let Some(id) = id else {
             return;
@@ -114,6 +114,17 @@ impl Faults {
                 format!("a fleet's things are named with a colon: '{renamed}'")
             });
             self.add("id_invalid", pointer, message, hint);
+        } else {
+            self.no_step("id_invalid", pointer, id);
+        }
+    }
+
+    /// An id that is a step of a path: addresses are made without such steps, and lead to another thing.
+    pub(super) fn no_step(&mut self, code: &str, pointer: &str, id: &str) {
+        if matches!(id, "." | "..") {
+            let message = format!("the id '{id}' cannot stand in an address");
+            let hint = "give it one with a letter or a digit".to_owned();
+            self.add(code, pointer, message, Some(hint));
         }
     }
 

@@ -1,9 +1,10 @@
 //! Zones as operators send them.
 
+use super::fields::Faults;
 use crate::airspace::Zone;
 use crate::formats::{ZoneId, zone_from_feature};
 use crate::geo::Frame;
-use crate::refusal::Refusal;
+use crate::refusal::{Code, Refusal};
 use serde_json::{Value, json};
 
 /// Reads a zone; one that states no margin gets this one, in metres.
@@ -17,7 +18,11 @@ pub fn read_zone(
     margin_m: f64,
 ) -> Result<Zone, Refusal> {
     widen_by_default(&mut feature, margin_m);
-    zone_from_feature(&feature, id, frame).map_err(Refusal::of_zone)
+    let zone = zone_from_feature(&feature, id, frame).map_err(Refusal::of_zone)?;
+    let mut faults = Faults::default();
+    faults.no_step("zone_id_invalid", "/id", zone.id());
+    faults.check(Code::ZoneInvalid, "zone")?;
+    Ok(zone)
 }
 
 /// Puts in the margin where a zone states none.
