@@ -2,7 +2,8 @@
 
 use crate::stage::{Central, NETWORK, Outpost, circle, manner};
 use jiff::SignedDuration;
-use skyway::edge::{Code, Idempotency, Refusal, ZoneWrite};
+use skyway::edge::{Code, Decision, Idempotency, Refusal, ZoneWrite};
+use skyway::registry::Settings;
 use skyway::wire::{ClosureDraft, PublishedClosure};
 
 impl Outpost {
@@ -78,4 +79,30 @@ async fn what_has_no_address_on_the_way_is_held_and_holds_nothing_up() {
         assert_eq!(north.holds()[0].reason, "refused_there");
         north.end().await;
     }
+}
+
+/// Removals that make room may wait behind it.
+#[tokio::test]
+async fn a_full_registry_hears_of_removals_all_the_same() {
+    let settings = Settings {
+        zones_max: 1,
+        ..Settings::default()
+    };
+    let central = Central::with(settings).await;
+    central.put_zone("old", 150.0, 0.0, 5.0).await;
+    let north = Outpost::set(&central, "north");
+    north.settle(&central).await;
+    north.line.cut();
+    north.put_zone("new", 350.0, 0.0, 5.0).await;
+    north.lift_zone("old").await;
+    north.line.lead_to(Some(&central.registry));
+    north.settle(&central).await;
+    assert!(central.zones().await.is_empty(), "one was one too many");
+    assert_eq!(north.zones(), [("new".to_owned(), 5.0)]);
+    let hold = north.holds().remove(0);
+    assert_eq!((&*hold.reason, north.sync().forwards_refused), ("refused_there", 1));
+    north.decide(&hold, Decision::Accept).await;
+    north.settle(&central).await;
+    assert_eq!(central.zones().await, north.zones());
+    north.end().await;
 }

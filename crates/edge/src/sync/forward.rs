@@ -20,6 +20,8 @@ const MEETINGS_MAX: u32 = 60;
 
 /// The code of what a removal that finds nothing is answered with.
 const NOT_FOUND: &str = "not_found";
+/// The code of what would be one too many.
+const LIMIT_REACHED: &str = "limit_reached";
 
 /// What became of a change that was sent.
 enum Sent {
@@ -241,6 +243,8 @@ fn judged(entry: &OutboxEntry, error: ClientError) -> Sent {
         (404, NOT_FOUND) if is_removal => Sent::Met { code, detail },
         // Of no registry: a proxy on the way knows no such address, for now or for ever.
         (404, "") => Sent::Met { code, detail },
+        // The registry is full, and what makes room may wait behind this. What is too much at once says when to try again.
+        (429, LIMIT_REACHED) if retry_after_s.is_none() => Sent::Refused { code, detail },
         (400 | 405 | 413 | 415 | 422, _) => Sent::Refused { code, detail },
         _ => Sent::Unknown(retry_after_s),
     }
