@@ -42,6 +42,7 @@ impl State {
         id: &str,
         upstream: Option<Upstream>,
     ) {
+        self.end_refused(kind, id);
         let is_known = upstream.is_some() || !self.waiting_for(kind, id).is_empty();
         if self.settings.follows_registry && is_known {
             let change = (kind, Arc::from(id), None);
@@ -86,6 +87,7 @@ impl State {
         upstream: Option<Upstream>,
         subject: Arc<str>,
     ) {
+        self.end_refused(kind, &id);
         let waiting = self.waiting_for(kind, &id);
         let expected = match waiting.as_slice() {
             [] => upstream,
@@ -200,7 +202,7 @@ impl State {
         }
     }
 
-    /// The registry will never take a change: an operator decides what becomes of it.
+    /// The registry will never take a change: an operator decides what becomes of it, unless it was changed again since.
     pub(super) fn give_up(&mut self, number: u64, code: &str, detail: &str) {
         let Some(entry) = self.next.outbox.remove(&number) else {
             return;
@@ -210,7 +212,9 @@ impl State {
             "code": code, "detail": detail,
         });
         self.happen(EventKind::ForwardRefused, data);
-        self.hold_refused(&entry);
+        if self.waiting_for(entry.kind, &entry.id).is_empty() {
+            self.hold_refused(&entry);
+        }
         // What it was to replace is there as before.
         self.expect_next(entry.kind, &entry.id, entry.expected);
     }

@@ -235,6 +235,7 @@ impl State {
 
     /// Holds a change that the registry will not take: to release tries again, to reject leaves it to this edge.
     pub(super) fn hold_refused(&mut self, entry: &OutboxEntry) {
+        self.end_refused(entry.kind, &entry.id);
         let is_removal = entry.operation == ChangeOperation::Delete;
         let contested = Contested {
             kind: entry.kind,
@@ -247,8 +248,22 @@ impl State {
         self.add_review("registry", Vec::new(), Some(contested));
     }
 
+    /// What was changed since is not to be written over by what the registry did not take before.
+    pub(super) fn end_refused(&mut self, kind: ObjectKind, id: &str) {
+        let holds = self.next.holds.values();
+        let is_of_it = |contested: &Contested| {
+            contested.is_refused && contested.kind == kind && &*contested.id == id
+        };
+        let overtaken = holds.filter(|hold| hold.contested.as_deref().is_some_and(is_of_it));
+        let overtaken: Vec<u64> = overtaken.map(|hold| hold.number).collect();
+        for number in overtaken {
+            self.end_hold(number, "overtaken");
+        }
+    }
+
     pub(super) fn decide_hold(&mut self, number: u64, decision: Decision) -> Result<Done, Refusal> {
-        let Some(hold) = self.next.holds.get(&number).cloned() else {
+        // What is decided is not overtaken by what it leads to.
+        let Some(hold) = self.next.holds.remove(&number) else {
             let id = views::hold_id(self.next.lineage, number);
             return Err(Refusal::not_found("hold", &id));
         };
@@ -265,7 +280,12 @@ impl State {
                 }
             }
             (None, Decision::Reject) => self.tell_again(&self.left_of(&hold.lifts)),
-            (Some(contested), Decision::Accept) => self.write_ours(contested)?,
+            (Some(contested), Decision::Accept) => {
+                if let Err(refusal) = self.write_ours(contested) {
+                    self.next.holds.insert(number, hold);
+                    return Err(refusal);
+                }
+            }
             (Some(contested), Decision::Reject) => self.lift_aside(contested),
         }
         let decision = match decision {
