@@ -1,10 +1,92 @@
 //! Networks come from the registry, too: to an edge that has none, and as patches to one that flies.
 
 use crate::stage::{Central, NETWORK, Outpost, ladder, manner};
-use serde_json::json;
-use skyway::edge::{Code, Settings};
-use skyway::formats::write_network;
-use skyway::wire::{ClosureDraft, NetworkPatch};
+use serde_json::{Value, json};
+use skyway::edge::{Code, FeedImport, PageRequest, Settings, ZoneWrite};
+use skyway::formats::{load_network, write_network};
+use skyway::network::{Coordinates, NodeDraft};
+use skyway::registry::WriteOptions;
+use skyway::wire::{ClosureDraft, NetworkPatch, ObjectKind};
+
+const EARTH: &str = "earth";
+
+/// The ladder on earth, on the equator; with a node far away its plane touches the earth elsewhere.
+fn on_earth(is_wide: bool) -> String {
+    let mut draft = ladder();
+    for node in &mut draft.nodes {
+        node.position = node.position.map(|metres| metres / 111_000.0);
+    }
+    draft.coordinates = Coordinates::Geographic;
+    if is_wide {
+        draft.nodes.push(NodeDraft {
+            id: "far".to_owned(),
+            position: [90.0, 45.0],
+            ..NodeDraft::default()
+        });
+    }
+    write_network(&draft)
+}
+
+/// A zone that is just wide enough to have an area: on the plane of the wider network a degree is shorter, and it has none.
+fn speck() -> Value {
+    let (x, y, width, height) = (1e-3, 5e-4, 9.34e-12, 1e-4);
+    json!({
+        "type": "Feature", "id": "speck", "properties": {"margin_m": 10},
+        "geometry": {"type": "Polygon", "coordinates": [[[x, y], [x + width, y], [x, y + height], [x, y]]]},
+    })
+}
+
+fn on_leg(id: &str) -> Value {
+    json!({
+        "type": "Feature", "id": id, "properties": {"radius_m": 5.0, "margin_m": 0},
+        "geometry": {"type": "Point", "coordinates": [350.0 / 111_000.0, 0.0]},
+    })
+}
+
+impl Central {
+    async fn put_on_earth(&self, feature: Value) {
+        let id = feature["id"].as_str().map(str::to_owned);
+        let (put, manner) = (id.as_deref(), manner(None));
+        let put = self.registry.put_zone(EARTH, put, feature, &manner);
+        put.await.expect("a zone");
+    }
+
+    async fn widen(&self) {
+        let (_, etag) = self.registry.network(EARTH).await.expect("a network");
+        let (wide, manner) = (on_earth(true), manner(Some(etag)));
+        let put = self.registry.put_network(EARTH, &wide, &manner);
+        put.await.expect("a network");
+    }
+}
+
+impl Outpost {
+    /// One that follows the ladder on earth.
+    async fn on_earth(central: &Central) -> Self {
+        let text = on_earth(false);
+        let manner: WriteOptions = manner(None);
+        let put = central.registry.put_network(EARTH, &text, &manner);
+        put.await.expect("a network");
+        let topology = load_network(&text).expect("a network").topology;
+        let north = Self::on(&central.registry, EARTH, (topology, text));
+        let is_read = async || north.edge.stamp().registry_revision.is_some();
+        north.until("the registry is read", is_read).await;
+        north
+    }
+
+    async fn has(&self, zone: &str) {
+        self.until("the zone has come", async || {
+            self.edge.zone(&self.caller, zone).is_ok()
+        })
+        .await;
+    }
+
+    async fn is_on_the_wider(&self) {
+        self.until("the network has come", async || {
+            self.edge.status().nodes == 17
+        })
+        .await;
+    }
+}
 
 #[tokio::test]
 async fn an_edge_without_a_network_is_ready_once_the_registry_has_given_it_one() {
@@ -71,5 +153,78 @@ async fn a_patch_of_the_network_and_what_stands_on_it_come_as_one_revision() {
     north.settle(&central).await;
     assert_eq!(central.closures().await.len(), 1);
     assert_eq!(north.sync().nacks, 0);
+    north.end().await;
+}
+
+#[tokio::test]
+async fn what_is_stricter_comes_though_a_zone_of_this_edge_has_no_place_on_the_new_network() {
+    let central = Central::open().await;
+    let north = Outpost::on_earth(&central).await;
+    north.line.cut();
+    let write = ZoneWrite {
+        id: Some("speck".to_owned()),
+        if_match: None,
+        validate_only: false,
+    };
+    let put = north.edge.put_zone(&north.caller, speck(), write);
+    put.await.expect("a zone");
+    central.widen().await;
+    central.put_on_earth(on_leg("with")).await;
+    north.line.lead_to(Some(&central.registry));
+    north.has("with").await;
+    central.put_on_earth(on_leg("after")).await;
+    north.has("after").await;
+    assert_eq!(north.edge.status().nodes, 16);
+    let nack = north.sync().last_nack.expect("it is told");
+    assert_eq!(nack.code, "network_change");
+    assert!(nack.reason.contains("'speck'"), "{}", nack.reason);
+    north.lift_zone("speck").await;
+    north.is_on_the_wider().await;
+    assert_eq!(north.ids(), ["after", "with"]);
+    north.end().await;
+}
+
+#[tokio::test]
+async fn what_is_lifted_before_a_network_needs_no_place_on_it() {
+    let central = Central::open().await;
+    let north = Outpost::on_earth(&central).await;
+    central.put_on_earth(speck()).await;
+    north.has("speck").await;
+    north.line.cut();
+    let (kind, etag) = (ObjectKind::Zone, Some("*".to_owned()));
+    let (registry, manner) = (&central.registry, manner(etag));
+    let lifted = registry.delete(EARTH, kind, "speck", &manner);
+    lifted.await.expect("lifted");
+    central.widen().await;
+    central.put_on_earth(on_leg("with")).await;
+    north.line.lead_to(Some(&central.registry));
+    north.is_on_the_wider().await;
+    north.has("with").await;
+    assert_eq!((north.sync().nacks, north.line.lists()), (0, 1));
+    north.end().await;
+}
+
+#[tokio::test]
+async fn a_proposal_without_a_place_on_the_new_network_goes() {
+    let central = Central::open().await;
+    let north = Outpost::on_earth(&central).await;
+    let mut odd = speck();
+    odd["properties"]["upper_m"] = json!("high");
+    let feed = json!({"type": "FeatureCollection", "features": [odd]}).to_string();
+    let import = FeedImport {
+        feed: "city".to_owned(),
+        ..FeedImport::default()
+    };
+    let imported = north.edge.import_zones(&north.caller, feed, import);
+    imported.await.expect("imported");
+    let proposals = || {
+        let page = PageRequest::default();
+        let listed = north.edge.proposals(&north.caller, &page);
+        listed.expect("a list").proposals.len()
+    };
+    assert_eq!(proposals(), 1);
+    central.widen().await;
+    north.is_on_the_wider().await;
+    assert_eq!((proposals(), north.sync().nacks), (0, 0));
     north.end().await;
 }

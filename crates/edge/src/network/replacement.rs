@@ -127,13 +127,15 @@ impl NewNetwork {
             relaid(closure, known)
         });
         let closures = closures.collect::<Result<Vec<Relaid>, Refusal>>()?;
-        let proposals = snapshot.proposals.iter().map(|(&number, proposal)| {
+        let proposals = snapshot.proposals.iter().filter_map(|(&number, proposal)| {
             let known = usable.and_then(|prepared| prepared.proposals.get(&number));
-            Ok((number, relaid(&proposal.closure, known)?))
+            // One that cannot be laid closes nothing yet: it goes, and the network does not wait for it.
+            let relaid = relaid(&proposal.closure, known).ok()?;
+            Some((number, relaid))
         });
         Ok(Relay {
             closures,
-            proposals: proposals.collect::<Result<_, Refusal>>()?,
+            proposals: proposals.collect(),
             documents: documents.unwrap_or_else(|| {
                 let geojson = self.geojson.clone();
                 Arc::new(NetworkDocuments::of(&self.topology, geojson, revision))

@@ -99,14 +99,18 @@ impl State {
                 self.next.zones.insert(Arc::from(id), Arc::new(entry));
             }
         }
-        for (&number, relaid) in &relay.proposals {
-            if let Some(entry) = self.next.proposals.get(&number).cloned() {
-                let entry = ProposalEntry {
-                    closure: relaid.after.clone(),
-                    ..(*entry).clone()
-                };
-                self.next.proposals.insert(number, Arc::new(entry));
-            }
+        let proposals: Vec<_> = self.next.proposals.values().cloned().collect();
+        for entry in proposals {
+            let number = entry.number;
+            let Some(relaid) = relay.proposals.get(&number) else {
+                self.drop_proposal(number, "network_changed");
+                continue;
+            };
+            let entry = ProposalEntry {
+                closure: relaid.after.clone(),
+                ..(*entry).clone()
+            };
+            self.next.proposals.insert(number, Arc::new(entry));
         }
         let reported = self.next.closures.values().map(|entry| entry.reported());
         self.next.reported = reported.fold(Reported::default(), Reported::plus);

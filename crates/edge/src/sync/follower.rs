@@ -123,7 +123,10 @@ impl Follower {
         if page.changes.is_empty() {
             return Verdict::Idle;
         }
-        self.fold_or_refuse(page, after, ground)
+        match before_network(page) {
+            Some(first) => self.fold_or_refuse(&first, after, ground),
+            None => self.fold_or_refuse(page, after, ground),
+        }
     }
 
     fn fold_or_refuse(
@@ -254,6 +257,32 @@ impl Follower {
         }
     }
 
+    /// What may be taken over of a batch whose network cannot be: things put that are right on the one in service.
+    pub(super) fn without_network(
+        &self,
+        followed: RegistryDelta,
+        ground: &BaseNetwork,
+    ) -> Option<Box<RegistryDelta>> {
+        let puts = followed.puts.into_iter().filter_map(|put| {
+            let Published { kind, id, body, .. } = &put;
+            let thing = read_thing(*kind, id, body, &ground.topology, self.margin_m).ok()?;
+            Some(Published { thing, ..put })
+        });
+        let puts: Vec<Published> = puts.collect();
+        let is_something = !puts.is_empty();
+        let strict = RegistryDelta {
+            extent: Extent::Restrictions,
+            topology: ground.topology.clone(),
+            network: None,
+            superseded: Vec::new(),
+            puts,
+            lifts: Vec::new(),
+            weather: None,
+            ..followed
+        };
+        is_something.then(|| Box::new(strict))
+    }
+
     /// What may be taken over of a page that is not good: things put that are right by themselves and not lifted later in it.
     fn restrictions(
         &self,
@@ -317,6 +346,30 @@ fn upstream_of(change: &LoggedChange) -> Upstream {
         epoch: change.epoch,
         revision: change.revision,
     }
+}
+
+/// What a page has before a network, where that lifts something: it may have no place on that network, and is lifted
+/// before. What is left out comes with the next page.
+fn before_network(page: &ChangesPage) -> Option<ChangesPage> {
+    let changes = &page.changes;
+    let lift = changes
+        .iter()
+        .position(|change| change.operation == ChangeOperation::Delete)?;
+    let mut after_lift = changes[lift..].iter();
+    let network = after_lift.find(|change| change.kind == ObjectKind::Network)?;
+    let before = changes
+        .iter()
+        .take_while(|change| change.revision < network.revision);
+    let before: Vec<LoggedChange> = before.cloned().collect();
+    let revision = before.last()?.revision;
+    Some(ChangesPage {
+        registry_id: page.registry_id.clone(),
+        network: page.network.clone(),
+        checksum: page.checksum.clone(),
+        changes: before,
+        revision,
+        ..*page
+    })
 }
 
 /// The last change of each thing, and those that these supersede.

@@ -1,7 +1,7 @@
 //! What the registry says, judged where blocking is allowed: pages may be large, and requests are answered meanwhile.
 
 use super::client::RegistryClient;
-use super::followed::Verdict;
+use super::followed::{RegistryDelta, Verdict};
 use super::ground::BaseNetwork;
 use super::listing::{Listing, Page};
 use super::task::Sync;
@@ -69,6 +69,19 @@ impl<C: RegistryClient> Sync<C> {
         let judge = move || {
             begin_turn();
             follower.read_listing(&listing, cursor.as_ref(), &ground)
+        };
+        self.edge.aside(judge).await
+    }
+
+    /// What may be taken over of a batch whose network cannot be.
+    pub(super) async fn without_network(
+        &self,
+        followed: RegistryDelta,
+    ) -> Result<Option<Box<RegistryDelta>>, Refusal> {
+        let (follower, ground) = (self.follower.clone(), self.ground());
+        let judge = move || {
+            begin_turn();
+            follower.without_network(followed, &ground)
         };
         self.edge.aside(judge).await
     }

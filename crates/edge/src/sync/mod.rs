@@ -1,9 +1,10 @@
 //! How an edge follows its registry: it reads the log, judges what it reads, hands it to the writer as one batch,
 //! and tells what was changed here.
 //!
-//! `follower` and `listing` judge pages, purely; `task` asks for them, `forward` empties the outbox, `news` tells of
-//! flights and failures and `positions` where drones are, `look` and `contact` know how current the edge is. The transport is a [`RegistryClient`]; sleeping is the clock's, randomness is
-//! seeded, so that a simulation runs the very same code.
+//! `follower` and `listing` judge pages, purely; `task` asks for them, `taking` hands them to the writer, `forward` empties
+//! the outbox, `news` tells of flights and failures and `positions` where drones are, `look` and `contact` know how current
+//! the edge is. The transport is a [`RegistryClient`]; sleeping is the clock's, randomness is seeded, so that a simulation
+//! runs the very same code.
 
 mod client;
 mod contact;
@@ -18,6 +19,7 @@ mod look;
 mod news;
 mod pace;
 mod positions;
+mod taking;
 mod task;
 
 pub use client::{ClientError, RegistryClient, RegistryWrite};

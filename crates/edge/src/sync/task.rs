@@ -1,23 +1,19 @@
-//! The task that follows a registry: it asks, hands what was judged to the writer, and begins anew after a defect.
+//! The task that follows a registry: it asks, has what it hears judged, and begins anew after a defect.
 
 use super::client::{ClientError, RegistryClient};
 use super::contact::Contact;
-use super::followed::{
-    BACKWARDS, Extent, FOREIGN_REGISTRY, RegistryDelta, Rejected, UNREADABLE, Verdict, is_damage,
-};
-use super::follower::{Follower, bounded};
+use super::followed::{UNREADABLE, Verdict, is_damage};
+use super::follower::Follower;
 use super::ground::BaseNetwork;
 use super::listing::{Listing, Page};
 use super::pace::Pace;
 use crate::Edge;
 use crate::events::Happening;
 use crate::upstream::RegistryCursor;
-use crate::writer::commands::Command;
 use jiff::SignedDuration;
 use serde_json::json;
 use skyway_contract::{EventKind, Nack};
-use skyway_planted::{self as planted, Bug};
-use skyway_service::refusal::{Code, Refusal};
+use skyway_service::refusal::Refusal;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::task::JoinHandle;
@@ -61,7 +57,7 @@ impl Following {
 
 /// What a question to the registry came to.
 #[derive(Debug, PartialEq, Eq)]
-enum Step {
+pub(super) enum Step {
     /// Go on at once.
     On,
     /// Go on after a while, as something failed.
@@ -70,7 +66,7 @@ enum Step {
 
 /// How the registry is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Mode {
+pub(super) enum Mode {
     /// The log from the cursor on.
     Log,
     /// Everything that holds.
@@ -243,7 +239,10 @@ impl<C: RegistryClient> Sync<C> {
                 self.read_up_to(cursor.revision, head);
                 Step::On
             }
-            Verdict::Follow(followed) => self.take_over(*followed, head).await,
+            Verdict::Follow(followed) => {
+                let modes = (mode, Mode::List);
+                self.take_over(*followed, head, modes).await
+            }
             Verdict::Resync(why) => {
                 tracing::warn!(why, "the registry is read anew");
                 *mode = Mode::List;
@@ -289,7 +288,10 @@ impl<C: RegistryClient> Sync<C> {
         };
         match self.judge_listing(listing, cursor, ground).await {
             Ok(Verdict::Follow(followed)) => {
-                let step = self.take_over(*followed, revision).await;
+                let after = revision;
+                let otherwise = Mode::RestrictionsOnly { epoch, after };
+                let modes = (&mut *mode, otherwise);
+                let step = self.take_over(*followed, revision, modes).await;
                 if step == Step::On {
                     *mode = Mode::Log;
                 }
@@ -343,81 +345,8 @@ impl<C: RegistryClient> Sync<C> {
         Step::Later
     }
 
-    /// Takes over what is stricter, from where the edge is.
-    async fn take_strict(&self, followed: RegistryDelta, cursor: &Arc<RegistryCursor>) {
-        let strict = RegistryDelta {
-            extent: Extent::Restrictions,
-            after: Some(cursor.clone()),
-            ..followed
-        };
-        if let Err(refusal) = self.edge.command(Command::Follow(Box::new(strict))).await {
-            tracing::warn!(%refusal, "restrictions of the registry could not be taken over");
-        }
-    }
-
-    async fn take_over(&self, followed: RegistryDelta, head: u64) -> Step {
-        let (epoch, revision) = (followed.cursor.epoch, followed.cursor.revision);
-        let puts = followed.puts.len();
-        match self.command(followed).await {
-            Ok(_) => {
-                tracing::debug!(epoch, revision, puts, "the registry was followed");
-                self.read_up_to(revision, head);
-                Step::On
-            }
-            // It is read again for what the edge has become.
-            Err(refusal) if refusal.code == Code::PreconditionFailed => Step::On,
-            Err(refusal) if !matches!(refusal.code, Code::NetworkInUse | Code::NetworkInvalid) => {
-                // Nothing is wrong with what the registry said: it is read again.
-                self.contact().failed("writer");
-                tracing::warn!(%refusal, "what the registry said could not be taken over");
-                Step::Later
-            }
-            Err(refusal) => {
-                let nack = Nack {
-                    revision,
-                    code: "network_change".to_owned(),
-                    object: None,
-                    reason: bounded(refusal.detail),
-                };
-                self.reject(Rejected {
-                    nack,
-                    restrictions: None,
-                })
-                .await;
-                Step::Later
-            }
-        }
-    }
-
-    async fn command(&self, mut followed: RegistryDelta) -> Result<(), Refusal> {
-        if let Some(network) = followed.network.take() {
-            // What takes long of it is not the writer's to do.
-            let snapshot = self.edge.snapshot();
-            let prepared = self.edge.aside(move || network.prepared_for(&snapshot));
-            followed.network = Some(prepared.await??);
-        }
-        if planted::is(Bug::CursorFirst) && followed.extent == Extent::Changes {
-            self.move_cursor_first(&mut followed).await?;
-        }
-        let command = Command::Follow(Box::new(followed));
-        self.edge.command(command).await.map(drop)
-    }
-
-    /// The bug [`Bug::CursorFirst`].
-    async fn move_cursor_first(&self, followed: &mut RegistryDelta) -> Result<(), Refusal> {
-        let bare = RegistryDelta {
-            puts: Vec::new(),
-            lifts: Vec::new(),
-            ..followed.clone()
-        };
-        self.edge.command(Command::Follow(Box::new(bare))).await?;
-        self.pause(Duration::from_millis(20)).await;
-        followed.after = Some(Arc::new(followed.cursor.clone()));
-        Ok(())
-    }
-
     /// Notes how far the edge is.
-    fn read_up_to(&self, revision: u64, head: u64) {
+    pub(super) fn read_up_to(&self, revision: u64, head: u64) {
         let contact = self.contact();
         if revision >= head && contact.is_current(self.edge.clock()) {
             tracing::info!("the registry is heard again");
@@ -425,33 +354,6 @@ impl<C: RegistryClient> Sync<C> {
         }
         if contact.moved() {
             tracing::info!(revision, "the registry is followed again");
-        }
-    }
-
-    /// Reports what is not taken over, and takes over what may be of it.
-    async fn reject(&self, rejected: Rejected) {
-        let Rejected { nack, restrictions } = rejected;
-        let contact = self.contact();
-        // A registry that is behind what was followed would lose again what it is told.
-        if [FOREIGN_REGISTRY, BACKWARDS].contains(&&*nack.code) {
-            contact.estrange();
-        }
-        if contact.refused(&nack) {
-            tracing::error!(
-                revision = nack.revision,
-                code = nack.code,
-                object = nack.object,
-                reason = nack.reason,
-                "the registry said something that is not taken over"
-            );
-            let data = serde_json::to_value(&nack).unwrap_or_default();
-            self.tell(EventKind::RegistryRefused, data);
-        }
-        let Some(strict) = restrictions else {
-            return;
-        };
-        if let Err(refusal) = self.edge.command(Command::Follow(strict)).await {
-            tracing::warn!(%refusal, "restrictions of the registry could not be taken over");
         }
     }
 
@@ -486,7 +388,7 @@ impl<C: RegistryClient> Sync<C> {
         Step::Later
     }
 
-    fn defect(&self, refusal: &Refusal) -> Step {
+    pub(super) fn defect(&self, refusal: &Refusal) -> Step {
         self.contact().failed("defect");
         tracing::error!(%refusal, "a page of the registry could not be judged");
         Step::Later
