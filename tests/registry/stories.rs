@@ -399,6 +399,33 @@ async fn what_has_ended_is_in_nobodys_way() {
 }
 
 #[tokio::test]
+async fn a_zone_takes_the_id_of_a_closure_that_has_ended() {
+    let place = Place::new();
+    let served = Served::with_network(&place, Settings::default()).await;
+    let closure = json!({"id": "works", "segments": ["a-b"], "until": "2026-11-27T18:30:00Z"});
+    served.write("POST /closures", &[], &closure).await.is(201);
+    let zone = circle("works", 5.0);
+    let put = async || served.write("PUT /zones/works", &[], &zone).await;
+    put().await.refuses(409, "already_exists");
+    served.hand.advance(SignedDuration::from_mins(40));
+    let taken = put().await.is(201);
+    assert_eq!(taken.json()["object"]["id"], "works");
+    // Who follows is told both at once.
+    let page = served.get("/changes?after=2").await.json();
+    let told: Vec<_> = ["kind", "operation", "revision"]
+        .map(|member| (&page["changes"][0][member], &page["changes"][1][member]))
+        .to_vec();
+    let (closure, zone) = (json!("closure"), json!("zone"));
+    let (delete, put) = (json!("delete"), json!("put"));
+    assert_eq!(
+        told,
+        [(&closure, &zone), (&delete, &put), (&json!(3), &json!(3))]
+    );
+    served.get("/closures/works").await.is(404);
+    served.end().await;
+}
+
+#[tokio::test]
 async fn an_edge_says_for_whom_it_writes() {
     let place = Place::new();
     let served = Served::with_network(&place, Settings::default()).await;

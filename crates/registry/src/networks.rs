@@ -101,6 +101,7 @@ impl Registry {
             head: state.map(|state| state.head),
             expects: vec![expectation(version)],
             change: change(ChangeOperation::Put, made.text.to_string()),
+            lifts: None,
             object: None,
             network: Some(made),
         })
@@ -130,6 +131,7 @@ impl Registry {
             head: Some(state.head),
             expects: vec![expectation(Some(state.topology))],
             change: change(ChangeOperation::Patch, body),
+            lifts: None,
             object: None,
             network: Some(made),
         })

@@ -200,8 +200,9 @@ impl Registry {
             true => Expected::Absent,
             false => Expected::of(manner.if_match.clone()),
         };
+        let now = self.clock.now();
         // Everyone has ended it by now, and who closes the same again knows of no version of it.
-        let has_ended = found.is_some_and(|object| is_over(&object, self.clock.now()));
+        let has_ended = found.is_some_and(|object| is_over(&object, now));
         let in_the_way = version.filter(|_| !has_ended || matches!(expected, Expected::Tags(_)));
         let etag = in_the_way.map(Version::etag);
         expected.check(etag.as_deref(), kind.name(), id)?;
@@ -209,13 +210,17 @@ impl Registry {
             expectation(ObjectKind::Network, "", Some(state.topology)),
             expectation(kind, id, version),
         ];
+        let mut lifts = None;
         // Edges keep zones and closures under one roof of ids.
         if let Some(other) = namesake(kind) {
-            if self.version(&state.id, other, id).await?.is_some() {
+            let found = self.store.object(&state.id, other, id).await?;
+            if found.as_ref().is_some_and(|object| !is_over(object, now)) {
                 let detail = format!("there is a {} '{id}'; take another id", other.name());
                 return Err(Refusal::new(Code::AlreadyExists, detail));
             }
-            expects.push(expectation(other, id, None));
+            expects.push(expectation(other, id, found.as_ref().map(version_of)));
+            // One that has ended makes way.
+            lifts = found.map(|_| lifting(other, id));
         }
         Ok(Decision {
             creates: false,
@@ -228,6 +233,7 @@ impl Registry {
                 operation: ChangeOperation::Put,
                 body: Some(put.body),
             },
+            lifts,
             object: put.object,
             network: None,
         })
@@ -251,12 +257,8 @@ impl Registry {
             created: false,
             head: None,
             expects: vec![expectation(kind, id, Some(version))],
-            change: NewChange {
-                kind,
-                id: id.to_owned(),
-                operation: ChangeOperation::Delete,
-                body: None,
-            },
+            change: lifting(kind, id),
+            lifts: None,
             object: None,
             network: None,
         })
@@ -292,6 +294,15 @@ fn check_zone_id(id: &str) -> Result<(), Refusal> {
         faults.add("zone_id_invalid", "/id", message, None);
     }
     faults.check(Code::ZoneInvalid, "zone")
+}
+
+fn lifting(kind: ObjectKind, id: &str) -> NewChange {
+    NewChange {
+        kind,
+        id: id.to_owned(),
+        operation: ChangeOperation::Delete,
+        body: None,
+    }
 }
 
 fn expectation(kind: ObjectKind, id: &str, version: Option<Version>) -> Expectation {

@@ -108,6 +108,8 @@ pub(super) struct Decision {
     pub(super) head: Option<u64>,
     pub(super) expects: Vec<Expectation>,
     pub(super) change: NewChange,
+    /// What is lifted with it, in the same revision and before it.
+    pub(super) lifts: Option<NewChange>,
     /// The object as it is understood, for the answer.
     pub(super) object: Option<Value>,
     /// The network that it makes, where it makes one.
@@ -210,6 +212,7 @@ impl Registry {
             head,
             expects,
             change,
+            lifts,
             object,
             network: _,
         } = decision;
@@ -227,7 +230,7 @@ impl Registry {
             head,
             expects,
             reply: make_reply(network, created, &change, object),
-            changes: vec![change],
+            changes: lifts.into_iter().chain([change]).collect(),
             zones_max: self.settings.zones_max,
             closures_max: self.settings.closures_max,
             key,
