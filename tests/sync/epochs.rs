@@ -1,7 +1,13 @@
 //! A registry restored from a backup, another registry in its place, and revisions that would lead back.
 
-use crate::stage::{Central, Outpost, up_to};
-use skyway::wire::EventKind;
+use crate::memory_disk::MemoryDisk;
+use crate::stage::{Central, NETWORK, Outpost, dawn, ladder, manner, up_to};
+use serde_json::json;
+use skyway::clock::Clock;
+use skyway::edge::{Caller, Edge, Opening, Settings};
+use skyway::formats::{load_network, write_network};
+use skyway::wire::{EventKind, Weather};
+use std::sync::Arc;
 
 #[tokio::test]
 async fn a_new_epoch_is_read_as_a_whole_and_its_differences_are_told() {
@@ -23,6 +29,71 @@ async fn a_new_epoch_is_read_as_a_whole_and_its_differences_are_told() {
     assert_eq!(data["gone"], serde_json::json!(["lost"]), "{data}");
     assert_eq!(data["put_count"], 0, "{data}");
     assert_eq!(data["to"], "2-4", "{data}");
+    north.end().await;
+}
+
+fn windy() -> Weather {
+    let weather = json!({"wind": [{
+        "from": "2026-11-21T06:00:00Z", "until": "2026-11-21T09:00:00Z",
+        "speed_mps": 7.0, "from_deg": 200.0,
+    }]});
+    serde_json::from_value(weather).expect("weather")
+}
+
+#[tokio::test]
+async fn weather_that_a_backup_does_not_have_is_gone() {
+    let mut central = Central::open().await;
+    central.put_zone("kept", 50.0, 0.0, 5.0).await;
+    let backup = central.back_up();
+    let manner = manner(None);
+    let put = central.registry.put_weather(NETWORK, windy(), &manner);
+    put.await.expect("weather");
+    let north = Outpost::set(&central, "north");
+    north.settle(&central).await;
+    assert!(north.edge.weather(&north.caller).etag.is_some());
+    north.line.cut();
+    central.restore_backup(backup).await;
+    north.line.lead_to(Some(&central.registry));
+    north.settle(&central).await;
+    let weather = north.edge.weather(&north.caller);
+    assert_eq!((weather.wind.len(), weather.etag), (0, None));
+    north.end().await;
+}
+
+#[tokio::test]
+async fn weather_that_was_put_at_an_edge_before_it_followed_stays() {
+    let disk = MemoryDisk::default();
+    let text = write_network(&ladder());
+    let topology = load_network(&text).expect("a network").topology;
+    let (clock, _hand) = Clock::by_hand(dawn());
+    let opening = Opening::new(
+        Arc::new(topology),
+        text.into(),
+        7,
+        Settings::default(),
+        clock,
+    );
+    let alone = Edge::open(opening, disk.open()).await.expect("an edge");
+    let caller = Caller::anyone();
+    let put = alone.put_weather(&caller, windy(), None);
+    let etag = put.await.expect("weather").etag;
+    assert!(etag.is_some());
+    alone.tick().await.expect("the writer works");
+    disk.crash();
+
+    let mut central = Central::open().await;
+    let mut north = Outpost::over(&central.registry, "north", &disk).await;
+    for _ in 0..2 {
+        north.settle(&central).await;
+        assert_eq!(north.edge.weather(&north.caller).etag, etag);
+        north.stored().await;
+        north = north.crash("north", &disk).await;
+        // A new epoch is read as a whole.
+        central.restore().await;
+        north.line.lead_to(Some(&central.registry));
+    }
+    north.settle(&central).await;
+    assert_eq!(north.edge.weather(&north.caller).etag, etag);
     north.end().await;
 }
 

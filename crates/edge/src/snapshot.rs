@@ -69,8 +69,10 @@ pub struct Snapshot {
     pub(super) outbox: OrdMap<u64, Arc<OutboxEntry>>,
     /// What the registry has yet to be told of flights and failures.
     pub(super) news: News,
-    /// The weather as the registry has it, as text.
+    /// The weather as it was put, here or at the registry, as text.
     pub(super) weather: Option<Arc<str>>,
+    /// Whether it was put here, where no registry was followed.
+    pub(super) has_own_weather: bool,
     /// How far the wall clock is ahead of the time, where it has stepped and no operator has confirmed that.
     pub(super) clock_apart: Option<SignedDuration>,
 }
@@ -112,6 +114,7 @@ impl Snapshot {
             outbox: OrdMap::new(),
             news: News::default(),
             weather: None,
+            has_own_weather: false,
             clock_apart: None,
         }
     }

@@ -79,6 +79,7 @@ impl State {
         let current = self.next.weather.as_deref().map(weather_etag);
         expected.check(current.as_deref(), "weather", "network")?;
         self.state_weather(text);
+        self.next.has_own_weather = true;
         Ok(Done::Nothing)
     }
 
@@ -91,6 +92,14 @@ impl State {
         self.happen(EventKind::WeatherPut, weather);
         self.next.weather = Some(text);
         self.weather_turned = true;
+    }
+
+    /// The registry has no weather any more: what came from there is gone.
+    pub(super) fn forget_weather(&mut self) {
+        if !self.next.has_own_weather && self.next.weather.take().is_some() {
+            self.happen(EventKind::WeatherPut, json!({"wind": []}));
+            self.weather_turned = true;
+        }
     }
 
     pub(super) fn put_closure(&mut self, mut entry: ClosureEntry) -> Result<Done, Refusal> {

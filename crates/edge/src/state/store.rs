@@ -67,6 +67,7 @@ impl State {
         self.restore_news(restored.news);
         self.next.registry = restored.registry.map(Arc::new);
         self.next.weather = restored.weather;
+        self.next.has_own_weather = restored.has_own_weather;
         self.next.unacknowledged = restored.unacknowledged;
     }
 

@@ -71,8 +71,13 @@ impl State {
             let absent = self.absent(&listed, &followed.cursor);
             self.remove_or_hold(absent, standing, &mut tally);
         }
-        if let Some(weather) = followed.weather {
-            self.state_weather(weather);
+        match followed.weather {
+            Some(weather) => {
+                self.state_weather(weather);
+                self.next.has_own_weather = false;
+            }
+            None if extent == Extent::Everything => self.forget_weather(),
+            None => {}
         }
         self.move_cursor(followed.cursor, &tally);
         Ok(Done::Nothing)

@@ -17,6 +17,8 @@ use std::sync::Arc;
 pub(super) const REGISTRY: &str = "registry";
 /// The fact of the weather.
 pub(super) const WEATHER: &str = "weather";
+/// The fact that the weather was put here, where there is a cursor as well.
+pub(super) const OWN_WEATHER: &str = "own_weather";
 /// The fact of how far the wall clock is ahead of the time, in seconds, while no operator has confirmed that.
 pub(super) const CLOCK_APART: &str = "clock_apart_s";
 /// The fact of single numbers.
@@ -67,6 +69,9 @@ pub(super) fn difference(before: &Snapshot, after: &Snapshot) -> Vec<Row> {
     rows.extend(changed_fact(REGISTRY, registry, write));
     let weather = (&before.weather, &after.weather);
     rows.extend(changed_fact(WEATHER, weather, |it| it.to_string()));
+    let is_own = |it: &Snapshot| (it.has_own_weather && it.registry.is_some()).then_some(true);
+    let own = (&is_own(before), &is_own(after));
+    rows.extend(changed_fact(OWN_WEATHER, own, write));
     let apart = (&before.clock_apart, &after.clock_apart);
     rows.extend(changed_fact(CLOCK_APART, apart, |it| write(&it.as_secs())));
     if !rows.is_empty() || before.unacknowledged != after.unacknowledged {

@@ -2,7 +2,7 @@
 
 use super::closure_rows::{read_closure, read_proposal, read_zone};
 use super::codec::{number_of, read};
-use super::difference::{CLOCK_APART, COUNTS, REGISTRY, WEATHER};
+use super::difference::{CLOCK_APART, COUNTS, OWN_WEATHER, REGISTRY, WEATHER};
 use super::file::{StoreFault, StoreFile, Table};
 use super::opening::fact;
 use super::plan_rows::read_plan;
@@ -37,6 +37,7 @@ pub(crate) struct Restored {
     pub(crate) registry: Option<RegistryCursor>,
     /// The weather as it was stated, here or at the registry, as text.
     pub(crate) weather: Option<Arc<str>>,
+    pub(crate) has_own_weather: bool,
     pub(crate) unacknowledged: u64,
     /// Answers for requests that may be sent again, the oldest first.
     pub(crate) replies: Vec<(Timestamp, Reply)>,
@@ -79,6 +80,8 @@ pub(crate) async fn restore(
         })?,
         news: each(&news, |key, body| read_news(number_of("news", key)?, body))?,
         weather: fact(facts, WEATHER).map(Arc::from),
+        // Without a place in a log it can be from nowhere else.
+        has_own_weather: fact(facts, OWN_WEATHER).is_some() || fact(facts, REGISTRY).is_none(),
         registry: read_fact(facts, REGISTRY)?,
         replies: each(&replies, read_reply)?,
         unacknowledged: counts.map_or(0, |(unacknowledged, _)| unacknowledged),

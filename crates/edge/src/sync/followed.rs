@@ -50,7 +50,7 @@ pub(crate) struct RegistryDelta {
     pub(crate) superseded: Vec<Superseded>,
     pub(crate) puts: Vec<Published>,
     pub(crate) lifts: Vec<Tombstone>,
-    /// The text of the weather; none where it stays as it is.
+    /// The text of the weather; none where it stays as it is, or, where this is everything, where there is none.
     pub(crate) weather: Option<Arc<str>>,
 }
 
