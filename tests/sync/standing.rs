@@ -55,6 +55,28 @@ async fn age_grows_while_the_registry_is_away_and_nothing_else_changes() {
 }
 
 #[tokio::test]
+async fn a_registry_that_was_never_heard_since_the_start_is_lost() {
+    let central = Central::open().await;
+    let north = Outpost::set(&central, "north");
+    north.line.cut();
+    let mut events = north.events();
+    north
+        .until("time passes", async || {
+            let start = crate::stage::dawn();
+            let lasted = north.edge.clock().now().duration_since(start);
+            lasted > SignedDuration::from_secs(35)
+        })
+        .await;
+    let told = up_to(&mut events, EventKind::RegistryLost).await;
+    let (_, data) = told.last().expect("an event");
+    assert!(data["age_s"].as_f64().is_some_and(|age_s| age_s >= 30.0));
+    north.line.lead_to(Some(&central.registry));
+    north.settle(&central).await;
+    up_to(&mut events, EventKind::RegistryBack).await;
+    north.end().await;
+}
+
+#[tokio::test]
 async fn the_registry_hears_how_far_each_edge_is() {
     let central = Central::open().await;
     central.put_zone("a", 50.0, 0.0, 5.0).await;

@@ -103,15 +103,18 @@ impl Contact {
         stale_after: SignedDuration,
         degraded_after: SignedDuration,
     ) -> wire::Freshness {
-        let age = self.age();
-        let known = age.unwrap_or_else(|| self.start.elapsed());
-        let known = SignedDuration::try_from(known).unwrap_or(SignedDuration::MAX);
-        match known {
-            known if known >= degraded_after => wire::Freshness::Degraded,
+        match self.unheard() {
+            unheard if unheard >= degraded_after => wire::Freshness::Degraded,
             // Not heard since the start: what has changed meanwhile is unknown.
-            known if known >= stale_after || age.is_none() => wire::Freshness::Stale,
+            unheard if unheard >= stale_after || self.age().is_none() => wire::Freshness::Stale,
             _ => wire::Freshness::Fresh,
         }
+    }
+
+    /// How long the edge has not had all that the registry had, at least since the start.
+    pub(super) fn unheard(&self) -> SignedDuration {
+        let unheard = self.age().unwrap_or_else(|| self.start.elapsed());
+        SignedDuration::try_from(unheard).unwrap_or(SignedDuration::MAX)
     }
 
     /// All that the registry has is in service; true where it had been lost.

@@ -3,7 +3,6 @@
 
 use super::client::RegistryClient;
 use super::task::Sync;
-use jiff::SignedDuration;
 use serde_json::json;
 use skyway_contract::{EdgeReport, EventKind};
 use std::time::Duration;
@@ -74,13 +73,10 @@ impl<C: RegistryClient> Sync<C> {
 
     fn notice_loss(&self) {
         let contact = self.contact();
-        let age = contact
-            .age()
-            .and_then(|age| SignedDuration::try_from(age).ok());
-        let is_stale = age.is_some_and(|age| age >= self.edge.settings.stale_after);
-        if is_stale && contact.lose() {
+        let unheard = contact.unheard();
+        if unheard >= self.edge.settings.stale_after && contact.lose() {
             tracing::warn!("the registry is not heard: answers are stale");
-            let age_s = age.map(|age| age.as_secs_f64());
+            let age_s = unheard.as_secs_f64();
             self.tell(EventKind::RegistryLost, json!({"age_s": age_s}));
         }
     }
