@@ -45,7 +45,8 @@ async fn an_answer_is_repeated_no_longer_than_it_is_valid() {
 #[tokio::test]
 async fn an_answer_without_a_path_is_repeated_at_the_same_revision_only() {
     let stage = Stage::set();
-    let body = json!({"id": "r1", "service": {"from": "a1", "to": "a2"}, "destination": "a4", "dry_run": true});
+    // It closes nothing itself.
+    let body = json!({"id": "r1", "type": "service_level", "service": {"from": "a1", "to": "a2"}, "destination": "a4"});
     for id in ["z1", "z2"] {
         // Both rows left of a1, and both right of it.
         let x = if id == "z1" { 50.0 } else { 150.0 };
