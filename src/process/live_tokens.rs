@@ -104,6 +104,7 @@ impl LiveTokens {
 }
 
 #[cfg(all(test, unix))]
+#[expect(clippy::disallowed_methods, reason = "writes the file that it follows")]
 mod tests {
     use super::*;
     use crate::config::NewToken;
