@@ -427,14 +427,18 @@ pub(super) fn plan_summary(snapshot: &Snapshot, entry: &PlanEntry) -> Value {
             "arrives_at": version.arrives_at().to_string(),
         })
     };
-    serde_json::json!({
+    let mut summary = serde_json::json!({
         "id": &*entry.id,
         "state": entry.state,
         "drone_id": entry.drone_id.as_deref(),
         "reported": brief(&entry.reported),
         "wanted": entry.wanted.as_deref().map(brief),
         "affected_by": snapshot.affecting(entry).collect::<Vec<_>>(),
-    })
+    });
+    if let Some(ended_as) = entry.ended_as {
+        summary["ended_as"] = serde_json::json!(ended_as);
+    }
+    summary
 }
 
 /// What a plan's drone is told under a zone or closure.
