@@ -153,7 +153,17 @@ async fn of_the_versions_of_a_plan_only_the_newest_is_told() {
     assert!(!told.contains(&MessageKind::Version), "{told:?}");
 }
 
-/// A zone around a drone on the first leg.
+/// A drone on the second leg of its plan, with a zone all around it.
+async fn enclosed() -> Stage {
+    let stage = Stage::set();
+    stage.compose("p1", "d1", "a0", "a4").await;
+    stage.pass(SignedDuration::from_secs(15)).await;
+    stage.see("d1", 150.0, 0.0).await;
+    stage.zone(ring()).await;
+    stage.settle().await;
+    stage
+}
+
 fn ring() -> serde_json::Value {
     let outer = [
         [-50.0, -50.0],
@@ -178,13 +188,7 @@ fn ring() -> serde_json::Value {
 
 #[tokio::test]
 async fn that_there_is_no_way_is_kept_until_the_drone_has_received_it() {
-    let stage = Stage::set();
-    stage.compose("p1", "d1", "a0", "a4").await;
-    stage.pass(SignedDuration::from_secs(15)).await;
-    stage.see("d1", 150.0, 0.0).await;
-    // All around it is closed.
-    stage.zone(ring()).await;
-    stage.settle().await;
+    let stage = enclosed().await;
     let mut mail = stage.edge.mail(&stage.caller, "d1", None).expect("mail");
     let told = messages(&mut mail);
     let no_way = told.iter().find(|it| it.kind == MessageKind::NoWay);
@@ -205,12 +209,7 @@ async fn that_there_is_no_way_is_kept_until_the_drone_has_received_it() {
 
 #[tokio::test]
 async fn a_drone_beside_its_way_that_finds_none_is_told_that_its_plan_is_affected() {
-    let stage = Stage::set();
-    stage.compose("p1", "d1", "a0", "a4").await;
-    stage.pass(SignedDuration::from_secs(15)).await;
-    stage.see("d1", 150.0, 0.0).await;
-    stage.zone(ring()).await;
-    stage.settle().await;
+    let stage = enclosed().await;
     let mut answered = 0;
     for number in 0..6 {
         stage.pass(SignedDuration::from_secs(1)).await;

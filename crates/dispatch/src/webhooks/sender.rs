@@ -31,8 +31,8 @@ const IN_FLIGHT_MAX: usize = 256;
 const IN_FLIGHT_PER_WEBHOOK: usize = 32;
 /// The same while it does not take what it is sent: endpoints that hang must not take the place of all others.
 const IN_FLIGHT_WHILE_FAILING: usize = 4;
-/// A webhook gets one in so many of the places that are free: however many endpoints hang, another finds some.
-const ONE_OF_FREE: usize = 4;
+/// A webhook gets a quarter of the places that are free: however many endpoints hang, another finds some.
+const FREE_DIVISOR: usize = 4;
 /// How many due messages are looked at.
 const PAGE: u64 = 256;
 /// For so long a message that is being sent is put off; an attempt takes less.
@@ -78,7 +78,7 @@ impl Underway {
     }
 
     fn most(&self, webhook: &str) -> usize {
-        let share = IN_FLIGHT_MAX.saturating_sub(self.subjects.len()) / ONE_OF_FREE;
+        let share = IN_FLIGHT_MAX.saturating_sub(self.subjects.len()) / FREE_DIVISOR;
         let most = match self.failing.contains(webhook) {
             true => IN_FLIGHT_WHILE_FAILING,
             false => IN_FLIGHT_PER_WEBHOOK,

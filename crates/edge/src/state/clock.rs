@@ -57,9 +57,13 @@ impl State {
             self.happen(EventKind::ClockStepped, data);
         }
         if reading.apart.is_none() {
-            let why = match self.clock.confirmations == reading.confirmations {
-                true => "came_back",
-                false => "confirmed",
+            let is_confirmed = self.clock.confirmations != reading.confirmations;
+            if is_confirmed {
+                self.listen_anew(reading.now);
+            }
+            let why = match is_confirmed {
+                true => "confirmed",
+                false => "came_back",
             };
             let data = json!({"apart_s": known.map(seconds), "why": why});
             self.happen(EventKind::ClockSettled, data);
@@ -71,8 +75,5 @@ impl State {
         };
         self.next.clock_apart = reading.apart;
         self.next.airspace = Arc::new(self.next.airspace.beside_clock(reading.apart));
-        if reading.apart.is_none() {
-            self.listen_anew(reading.now);
-        }
     }
 }

@@ -222,8 +222,8 @@ async fn who_takes_something_else_within_the_day_is_not_disabled() {
 
 /// Puts webhooks that are connected to and never answered; gives where each goes, which has to be kept.
 async fn hang(desk: &Desk, webhooks: &[String], each: usize) -> TcpListener {
-    let nobody = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
-    let address = nobody.local_addr().expect("has an address");
+    let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
+    let address = listener.local_addr().expect("has an address");
     let endpoint = Endpoint::new(&WebhookDraft {
         url: format!("http://{address}/"),
         events: Vec::new(),
@@ -242,7 +242,7 @@ async fn hang(desk: &Desk, webhooks: &[String], each: usize) -> TcpListener {
         desk.commit(vec![document.expect("has a JSON form")], waiting)
             .await;
     }
-    nobody
+    listener
 }
 
 /// How many messages to a webhook that hangs are being sent.
@@ -262,7 +262,7 @@ async fn who_never_answers_takes_the_place_of_no_other() {
     let desk = Desk::start(|_| "200 Taken").await;
     // More than are looked at, or sent, at once.
     let hanging = [HANGING.to_owned()];
-    let _nobody = hang(&desk, &hanging, 400).await;
+    let _listener = hang(&desk, &hanging, 400).await;
     desk.tell("d-1", 1..=3).await;
     for number in 1..=3 {
         let message = desk.settled("d-1", number, u32::MAX).await;
@@ -277,7 +277,7 @@ async fn many_that_never_answer_leave_places_for_another() {
     let hanging: Vec<String> = (0..20)
         .map(|number| format!("shop:h-{number:02}"))
         .collect();
-    let _nobody = hang(&desk, &hanging, 40).await;
+    let _listener = hang(&desk, &hanging, 40).await;
     desk.tell("d-1", 1..=3).await;
     for number in 1..=3 {
         let message = desk.settled("d-1", number, u32::MAX).await;
