@@ -225,3 +225,23 @@ async fn of_two_edges_on_one_file_the_first_one_stores_nothing_more_and_says_so(
         assert_eq!(ids, ["four", "one"]);
     }
 }
+
+#[tokio::test]
+async fn a_zone_that_could_not_be_stored_is_not_made_again_under_the_same_key() {
+    let disk = MemoryDisk::default();
+    let stage = Stage::over(disk.open()).await;
+    disk.set(Breakage::Full);
+    let mut unnamed = circle("", 350.0, 0.0, 5.0);
+    unnamed.as_object_mut().expect("an object").remove("id");
+    for _ in 0..2 {
+        let key = Idempotency {
+            key: Some("k1".to_owned()),
+            fingerprint: [1; 32],
+        };
+        let (zone, write) = (unnamed.clone(), ZoneWrite::default());
+        let put = stage.edge.create_zone(&stage.caller, zone, write, key);
+        assert_eq!(code(put.await), (Code::NotDurable, true));
+    }
+    let zones = stage.edge.zones(&stage.caller, &PageRequest::default());
+    assert_eq!(zones.expect("a list").features.len(), 1);
+}

@@ -3,7 +3,9 @@
 use crate::stage::{Stage, circle};
 use jiff::SignedDuration;
 use serde_json::{Value, json};
-use skyway::edge::{Code, Idempotency, ZoneWrite};
+use skyway::edge::{Code, Idempotency, PageRequest, ZoneWrite};
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
 
 fn report() -> Value {
     json!({"id": "r1", "type": "navigational", "service": {"from": "a1", "to": "a2"}, "destination": "a4"})
@@ -97,10 +99,6 @@ async fn a_report_that_was_tried_before_counts_under_the_same_id() {
 #[tokio::test]
 async fn an_operators_write_with_a_key_is_done_once() {
     let stage = Stage::set();
-    let key = |fingerprint: u8| Idempotency {
-        key: Some("k1".to_owned()),
-        fingerprint: [fingerprint; 32],
-    };
     let mut unnamed = circle("", 250.0, 0.0, 10.0);
     unnamed.as_object_mut().expect("an object").remove("id");
     let put = |key| {
@@ -108,15 +106,15 @@ async fn an_operators_write_with_a_key_is_done_once() {
             .edge
             .create_zone(&stage.caller, unnamed.clone(), ZoneWrite::default(), key)
     };
-    let first = put(key(1)).await.expect("a zone");
-    let second = put(key(1)).await.expect("the same answer");
+    let first = put(keyed(1)).await.expect("a zone");
+    let second = put(keyed(1)).await.expect("the same answer");
     assert_eq!(first, second);
     let zones = stage
         .edge
         .zones(&stage.caller, &Default::default())
         .expect("a list");
     assert_eq!(zones.features.len(), 1);
-    let other = put(key(2)).await;
+    let other = put(keyed(2)).await;
     assert_eq!(
         other.expect_err("another body").code,
         Code::IdempotencyMismatch
@@ -168,4 +166,41 @@ async fn an_answer_is_not_repeated_once_the_leg_that_its_drone_is_on_has_closed(
     let second = stage.answer(body).await;
     assert_eq!(second["replayed"], false, "{second}");
     assert_eq!(second["path"]["nodes"][0], "a1", "it turns back: {second}");
+}
+
+/// Closes a segment under a key, and asks once whether that is done.
+fn polled_once(stage: &Stage) -> Poll<()> {
+    let mut closing = pin!(stage.edge.close(&stage.caller, works(), keyed(1)));
+    let mut context = Context::from_waker(Waker::noop());
+    closing.as_mut().poll(&mut context).map(drop)
+}
+
+fn works() -> skyway::wire::ClosureDraft {
+    let draft = json!({"segments": ["a1-a2"], "reason": "works"});
+    serde_json::from_value(draft).expect("a draft")
+}
+
+fn keyed(fingerprint: u8) -> Idempotency {
+    Idempotency {
+        key: Some("k1".to_owned()),
+        fingerprint: [fingerprint; 32],
+    }
+}
+
+#[tokio::test]
+async fn a_write_whose_client_went_away_is_done_once_all_the_same() {
+    let stage = Stage::set();
+    assert_eq!(polled_once(&stage), Poll::Pending, "its client goes away");
+    let closed = loop {
+        match stage.edge.close(&stage.caller, works(), keyed(1)).await {
+            Err(refusal) if refusal.code == Code::IdempotencyInProgress => {
+                tokio::task::yield_now().await;
+            }
+            closed => break closed.expect("a closure"),
+        }
+    };
+    let page = PageRequest::default();
+    let closures = stage.edge.closures(&stage.caller, &page).expect("a list");
+    let ids: Vec<_> = closures.closures.iter().map(|it| &it.id).collect();
+    assert_eq!(ids, [&closed.id]);
 }

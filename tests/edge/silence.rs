@@ -224,3 +224,26 @@ async fn one_that_answers_late_is_no_longer_silent() {
     stage.settle().await;
     assert!(!stage.plan("p").flags.contains(&PlanFlag::Silent));
 }
+
+#[tokio::test]
+async fn drones_that_are_made_up_silence_none_that_flies_a_plan() {
+    let settings = Settings {
+        drones_max: 10,
+        ..Settings::default()
+    };
+    let stage = Stage::with(settings);
+    seen_for(&stage, 3).await;
+    for number in 0..100 {
+        let position =
+            json!({"drone_id": format!("made-up-{number}"), "location": {"x": 0.0, "y": 0.0}});
+        let batch = serde_json::from_value(json!({"positions": [position]})).expect("telemetry");
+        let told = stage.edge.telemetry(&stage.caller, batch).await;
+        assert!(told.expect("telemetry").positions[0].accepted);
+    }
+    let known = stage.edge.drones(&stage.caller, &PageRequest::default());
+    let known = known.expect("drones").drones;
+    let has = |id: &str| known.iter().any(|drone| drone.id == id);
+    assert!(has("d") && has("made-up-99") && known.len() == 10);
+    stage.pass(SignedDuration::from_secs(14)).await;
+    assert_eq!(stage.plan("p").state, PlanState::Activated, "it was heard");
+}

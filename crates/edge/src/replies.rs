@@ -4,6 +4,7 @@
 //! sending is still being answered joins it. An operator's write with an idempotency key is done once: the
 //! same body gets the same answer, another body is refused.
 
+use crate::failed;
 use crate::failures::records::weight;
 use crate::failures::stored_answer::{RestoredAnswer, StoredAnswer};
 use crate::locks::lock;
@@ -20,7 +21,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::future::Future;
 use std::sync::{Arc, Mutex, Weak};
-use tokio::sync::OnceCell;
+use tokio::sync::{OnceCell, Semaphore};
 
 /// What replies may take.
 #[derive(Clone, Copy, Debug)]
@@ -303,10 +304,15 @@ enum Write {
     Done(Arc<dyn Any + Send + Sync>),
     /// In an earlier start: the JSON of the answer.
     Before(Arc<str>),
+    /// In force and not stored. Done again, it would be in force twice.
+    NotStored(Refusal),
 }
 
 /// Bytes in memory, about, for each byte of an answer's text.
 const ANSWER_TO_TEXT: usize = 4;
+
+/// Writes with keys that may be under way at once, those included whose clients have gone.
+const RUNNING_MAX: usize = 1_024;
 
 /// Operation and key.
 type Asked = (Cow<'static, str>, String);
@@ -314,8 +320,10 @@ type WriteKey = (Arc<str>, Asked);
 type Writes = Aging<Asked, ([u8; 32], Write)>;
 
 /// What operators' writes with idempotency keys were answered, by subject, operation and key.
+#[derive(Clone)]
 pub(super) struct WriteReplies {
     writes: Arc<Mutex<Writes>>,
+    places: Arc<Semaphore>,
     store: Store,
 }
 
@@ -323,11 +331,12 @@ impl WriteReplies {
     pub(super) fn new(bounds: Bounds, store: Store) -> Self {
         Self {
             store,
+            places: Arc::new(Semaphore::new(RUNNING_MAX)),
             writes: Arc::new(Mutex::new(Aging::new(bounds))),
         }
     }
 
-    /// Does a write once. A refusal is not kept: the same key may be tried again.
+    /// Does a write once. A refusal is not kept, as the same key may be tried again, unless the write is in force.
     pub(super) async fn once<T, W>(
         &self,
         subject: &Arc<str>,
@@ -338,7 +347,7 @@ impl WriteReplies {
     ) -> Result<T, Refusal>
     where
         T: Clone + Serialize + DeserializeOwned + Send + Sync + 'static,
-        W: Future<Output = Result<T, Refusal>>,
+        W: Future<Output = Result<T, Refusal>> + Send + 'static,
     {
         let Some(key) = idempotency.key else {
             return write.await;
@@ -349,22 +358,51 @@ impl WriteReplies {
         }
         let key = (subject.clone(), (operation.into(), key));
         let fingerprint = idempotency.fingerprint;
+        let Ok(place) = self.places.clone().try_acquire_owned() else {
+            let detail = format!("{RUNNING_MAX} writes with idempotency keys are under way");
+            return Err(Refusal::new(Code::Overloaded, detail).retry_after_s(1));
+        };
         let serial = match self.begin(&key, fingerprint, now)? {
             Begun::Done(answer) => return Ok(answer),
             Begun::First(serial) => serial,
         };
-        // Whatever ends this, also being dropped at a deadline, frees the key, unless the answer has taken it.
-        let _running = Running {
-            writes: self.writes.clone(),
-            key: key.clone(),
-            serial,
+        let replies = self.clone();
+        // A client that goes away does not stop what the writer carries out already: it would not know its key afterwards.
+        let done = tokio::spawn(async move {
+            let _place = place;
+            // However the write ends, also by a panic, the key is free, unless what became of it has taken the key.
+            let _running = Running {
+                writes: replies.writes.clone(),
+                key: key.clone(),
+                serial,
+            };
+            let answer = write.await;
+            replies.keep(key, fingerprint, &answer, now);
+            answer
+        });
+        done.await.unwrap_or_else(|error| Err(failed(&error)))
+    }
+
+    /// Keeps what a write was answered.
+    fn keep<T>(
+        &self,
+        key: WriteKey,
+        fingerprint: [u8; 32],
+        answer: &Result<T, Refusal>,
+        now: Timestamp,
+    ) where
+        T: Clone + Serialize + Send + Sync + 'static,
+    {
+        let (write, bytes) = match answer {
+            Ok(answer) => {
+                self.note(&key, fingerprint, answer, now);
+                let bytes = ANSWER_TO_TEXT * text_bytes(answer);
+                (Write::Done(Arc::new(answer.clone())), bytes)
+            }
+            Err(refusal) if refusal.enforced => (Write::NotStored(refusal.clone()), 0),
+            Err(_) => return,
         };
-        let answer = write.await?;
-        self.note(&key, fingerprint, &answer, now);
-        let done = Write::Done(Arc::new(answer.clone()));
-        let bytes = REPLY_BYTES + ANSWER_TO_TEXT * text_bytes(&answer);
-        lock(&self.writes).put(key, ((fingerprint, done), bytes), now);
-        Ok(answer)
+        lock(&self.writes).put(key, ((fingerprint, write), REPLY_BYTES + bytes), now);
     }
 
     /// Notes an answer for a later start.
@@ -414,6 +452,7 @@ impl WriteReplies {
                 let detail = "the first request with this idempotency key is still being answered";
                 Err(Refusal::new(Code::IdempotencyInProgress, detail).retry_after_s(1))
             }
+            Some((_, Write::NotStored(refusal))) => Err(refusal),
             Some((_, Write::Before(answer))) => match serde_json::from_str(&answer) {
                 Ok(answer) => Ok(Begun::Done(answer)),
                 Err(error) => {

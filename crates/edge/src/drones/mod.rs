@@ -15,7 +15,7 @@ pub(crate) mod telemetry;
 use agreement::{Agreement, Conformance, Deviation};
 use jiff::{SignedDuration, Timestamp};
 use skyway_engine::geo::{AltitudeReference, Frame, Point};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::Bound;
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
@@ -183,16 +183,61 @@ impl Doubt {
     }
 }
 
-#[derive(Debug, Default)]
-struct Known {
-    by_id: BTreeMap<Arc<str>, Sighting>,
-    /// The doubtful places of drones since their last accepted ones.
-    doubts: BTreeMap<Arc<str>, Doubt>,
-    /// Oldest first, for forgetting.
-    by_time: BTreeSet<(Timestamp, Arc<str>)>,
+/// A sighting with its place in the order in which they came.
+#[derive(Debug)]
+struct Held {
+    serial: u64,
+    sighting: Sighting,
 }
 
-/// The drones seen, up to a bound: the one unseen for longest is forgotten first.
+#[derive(Debug, Default)]
+struct Known {
+    by_id: BTreeMap<Arc<str>, Held>,
+    /// The doubtful places of drones since their last accepted ones.
+    doubts: BTreeMap<Arc<str>, Doubt>,
+    /// By serial, that of which nothing has come for longest first, for forgetting.
+    order: BTreeMap<u64, Arc<str>>,
+    next: u64,
+}
+
+impl Known {
+    fn put(&mut self, id: Arc<str>, sighting: Sighting) {
+        self.next += 1;
+        let serial = self.next;
+        self.order.insert(serial, id.clone());
+        if let Some(before) = self.by_id.insert(id, Held { serial, sighting }) {
+            self.order.remove(&before.serial);
+        }
+    }
+
+    fn remove(&mut self, id: &str) {
+        if let Some(held) = self.by_id.remove(id) {
+            self.order.remove(&held.serial);
+        }
+    }
+
+    /// Forgets the drone of which nothing has come for longest among those that fly no plan: however many others are told of,
+    /// one that flies a plan is not taken to be silent for it. Those that do are looked at again after all others.
+    fn forget_one(&mut self, flies: impl Fn(&str) -> bool) {
+        for _ in 0..self.by_id.len() {
+            let Some((_, oldest)) = self.order.pop_first() else {
+                return;
+            };
+            let Some(held) = self.by_id.get_mut(&oldest).filter(|_| flies(&oldest)) else {
+                self.by_id.remove(&oldest);
+                return;
+            };
+            self.next += 1;
+            held.serial = self.next;
+            self.order.insert(self.next, oldest);
+        }
+        if let Some((_, oldest)) = self.order.pop_first() {
+            self.by_id.remove(&oldest);
+        }
+    }
+}
+
+/// The drones seen, up to a bound.
 #[derive(Debug)]
 pub(crate) struct Drones {
     capacity: usize,
@@ -207,28 +252,19 @@ impl Drones {
         }
     }
 
-    /// Takes a sighting, unless a later one is known; tells whether it was taken.
-    pub(crate) fn see(&self, id: &str, sighting: Sighting) -> bool {
+    /// Takes a sighting, unless a later one is known; tells whether it was taken. Beyond the bound one of those is forgotten
+    /// that do not fly a plan.
+    pub(crate) fn see(&self, id: &str, sighting: Sighting, flies: impl Fn(&str) -> bool) -> bool {
         let mut known = self.write();
-        let before = known
-            .by_id
-            .get_key_value(id)
-            .map(|(id, before)| (id.clone(), before.seen_at));
-        let id = match before {
-            Some((_, seen_at)) if seen_at > sighting.seen_at => return false,
-            Some((id, seen_at)) => {
-                known.by_time.remove(&(seen_at, id.clone()));
-                id
-            }
-            None => Arc::from(id),
-        };
+        let before = known.by_id.get_key_value(id);
+        if before.is_some_and(|(_, before)| before.sighting.seen_at > sighting.seen_at) {
+            return false;
+        }
+        let id = before.map_or_else(|| Arc::from(id), |(id, _)| id.clone());
         known.doubts.remove(&id);
-        known.by_time.insert((sighting.seen_at, id.clone()));
-        known.by_id.insert(id, sighting);
-        if known.by_id.len() > self.capacity
-            && let Some((_, oldest)) = known.by_time.pop_first()
-        {
-            known.by_id.remove(&oldest);
+        known.put(id, sighting);
+        if known.by_id.len() > self.capacity {
+            known.forget_one(flies);
         }
         true
     }
@@ -236,7 +272,8 @@ impl Drones {
     /// The version of a plan that a drone flies begins so many metres later than it did.
     pub(crate) fn begin_later(&self, id: &str, (plan, version): (&str, u32), by_m: f64) {
         let mut known = self.write();
-        let flown = known.by_id.get_mut(id).and_then(|it| it.flown.as_mut());
+        let held = known.by_id.get_mut(id);
+        let flown = held.and_then(|held| held.sighting.flown.as_mut());
         if let Some(flown) = flown.filter(|it| &*it.plan == plan && it.version == version) {
             flown.at_m = (flown.at_m - by_m).max(0.0);
         }
@@ -246,9 +283,10 @@ impl Drones {
     pub(crate) fn forget_after(&self, now: Timestamp) {
         let mut known = self.write();
         known.doubts.retain(|_, doubt| doubt.last.seen_at <= now);
-        let is_ahead = |&(seen_at, _): &(Timestamp, Arc<str>)| seen_at > now;
-        for (_, id) in known.by_time.extract_if(.., is_ahead).collect::<Vec<_>>() {
-            known.by_id.remove(&id);
+        let is_ahead = |held: &Held| held.sighting.seen_at > now;
+        let ahead = known.by_id.iter().filter(|(_, held)| is_ahead(held));
+        for id in ahead.map(|(id, _)| id.clone()).collect::<Vec<_>>() {
+            known.remove(&id);
         }
     }
 
@@ -267,7 +305,8 @@ impl Drones {
 
     /// What is last known of a drone.
     pub(crate) fn last(&self, id: &str) -> Option<Sighting> {
-        self.read().by_id.get(id).cloned()
+        let known = self.read();
+        known.by_id.get(id).map(|held| held.sighting.clone())
     }
 
     /// A page of drones by id, after one, of those that pass a test; and whether more come after it.
@@ -283,7 +322,7 @@ impl Drones {
         let mut drones = drones.filter(|(id, _)| passes(id));
         let page = drones.by_ref().take(size);
         let page = page
-            .map(|(id, sighting)| (id.clone(), sighting.clone()))
+            .map(|(id, held)| (id.clone(), held.sighting.clone()))
             .collect();
         (page, drones.next().is_some())
     }
@@ -293,7 +332,7 @@ impl Drones {
         self.read().by_id.len()
     }
 
-    // Both maps are whole after every call, so a panic elsewhere cannot spoil them.
+    // The maps are whole after every call, so a panic elsewhere cannot spoil them.
     fn read(&self) -> RwLockReadGuard<'_, Known> {
         self.known.read().unwrap_or_else(PoisonError::into_inner)
     }

@@ -208,7 +208,8 @@ impl Edge {
             Some(plan) => self.held_against(snapshot, plan, sighting, before.as_ref()),
             None => sighting,
         };
-        if !self.drones.see(drone, sighting.clone()) {
+        let flies = |drone: &str| snapshot.plan_of_drone(drone).is_some();
+        if !self.drones.see(drone, sighting.clone(), flies) {
             return Err(Untaken::Outdated);
         }
         self.note_position(snapshot, drone, &sighting);

@@ -204,7 +204,8 @@ impl Session {
         let held = held.filter(|claim| !self.holds(claim));
         let Some(held) = held else {
             let most = self.edge.settings.drones_max;
-            if claims.len() >= most && !claims.contains_key(drone) {
+            let flies = || self.edge.snapshot().plan_of_drone(drone).is_some();
+            if claims.len() >= most && !claims.contains_key(drone) && !flies() {
                 let message = format!("{most} drones are on sessions, as many as may be");
                 return Err(("too_many_drones", message));
             }

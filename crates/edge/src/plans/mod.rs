@@ -126,11 +126,12 @@ impl Edge {
         request: wire::DeliveryRequest,
         idempotency: Idempotency,
     ) -> Result<wire::Plan<'static>, Refusal> {
-        let composed = async {
+        let (edge, author) = (self.clone(), caller.clone());
+        let composed = async move {
             for _ in 0..ATTEMPTS {
-                let on = self.on_network()?;
+                let on = edge.on_network()?;
                 let topology = on.topology().clone();
-                let delivery = self.read_delivery(&on, caller, &request)?;
+                let delivery = edge.read_delivery(&on, &author, &request)?;
                 // Composed once more, for another time, it could be refused.
                 if let Some(known) = delivery
                     .id
@@ -139,17 +140,17 @@ impl Edge {
                 {
                     return Err(already_exists(known));
                 }
-                let (edge, subject) = (self.clone(), caller.subject.clone());
-                let composed = self.in_turn(&self.turns.compositions, move || {
-                    edge.compose(&on, delivery, subject)
+                let (composer, subject) = (edge.clone(), author.subject.clone());
+                let composed = edge.in_turn(&edge.turns.compositions, move || {
+                    composer.compose(&on, delivery, subject)
                 });
                 let command = Command::AddPlan(Box::new(composed.await??));
-                let (outcome, snapshot) =
-                    self.command(command.made_on(&topology).by(caller)).await?;
+                let command = command.made_on(&topology).by(&author);
+                let (outcome, snapshot) = edge.command(command).await?;
                 match outcome.done {
                     // The network has changed under it, or another plan has come between.
                     Done::Outdated => {}
-                    done => return self.told(done, &snapshot),
+                    done => return edge.told(done, &snapshot),
                 }
             }
             let detail = "the network or other plans change faster than a plan is composed";

@@ -68,13 +68,15 @@ impl Edge {
     ) -> Result<wire::Plan<'static>, Refusal> {
         // A key counts for one plan.
         let operation = format!("{} {id}", word.name());
-        let said = async {
+        let (edge, author, id) = (self.clone(), caller.clone(), id.to_owned());
+        let said = async move {
+            let (author, id) = (&author, id.as_str());
             match word {
-                PlanWord::Acknowledge(ack) => self.acknowledge_plan(caller, id, ack).await,
-                PlanWord::Decline(decline) => self.decline_plan(caller, id, decline).await,
-                PlanWord::Complete(landed) => self.complete_plan(caller, id, landed).await,
-                PlanWord::Release(release) => self.release_plan(caller, id, release).await,
-                PlanWord::Cancel(cancelled) => self.cancel_plan(caller, id, cancelled).await,
+                PlanWord::Acknowledge(ack) => edge.acknowledge_plan(author, id, ack).await,
+                PlanWord::Decline(decline) => edge.decline_plan(author, id, decline).await,
+                PlanWord::Complete(landed) => edge.complete_plan(author, id, landed).await,
+                PlanWord::Release(release) => edge.release_plan(author, id, release).await,
+                PlanWord::Cancel(cancelled) => edge.cancel_plan(author, id, cancelled).await,
             }
         };
         let now = self.clock.now();
@@ -300,7 +302,8 @@ impl Edge {
         };
         match self.judge_place(snapshot, Some(plan), drone, &sighting) {
             Ok(()) => {
-                self.drones.see(drone, sighting);
+                let flies = |drone: &str| snapshot.plan_of_drone(drone).is_some();
+                self.drones.see(drone, sighting, flies);
             }
             Err(Untaken::Impossible(_)) => return None,
             // Its telemetry has come ahead of what it says.

@@ -73,11 +73,12 @@ impl Edge {
         draft: wire::ClosureDraft,
         idempotency: Idempotency,
     ) -> Result<wire::Closure<'static>, Refusal> {
-        let close = async {
-            let on = self.on_network()?;
-            let entry = self.read_closure(draft, on.topology())?;
+        let (edge, author) = (self.clone(), caller.clone());
+        let close = async move {
+            let on = edge.on_network()?;
+            let entry = edge.read_closure(draft, on.topology())?;
             let command = Command::PutClosure(entry).made_on(on.topology());
-            let (outcome, snapshot) = self.command(command.by(caller)).await?;
+            let (outcome, snapshot) = edge.command(command.by(&author)).await?;
             let Done::Closure(entry) = outcome.done else {
                 return Err(unexpected());
             };

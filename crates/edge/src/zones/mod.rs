@@ -76,14 +76,13 @@ impl Edge {
         write: ZoneWrite,
         idempotency: Idempotency,
     ) -> Result<wire::ZoneAck<'static>, Refusal> {
-        let put = async {
-            let number = self.next_number.fetch_add(1, Ordering::Relaxed);
-            let made = format!("zone-{}-{number}", self.epoch);
-            let read = self.read_zone(feature, None, made).await?;
-            let (ack, _) = self
-                .put(caller, read, Expected::Absent, write.validate_only)
-                .await?;
-            Ok(ack)
+        let (edge, author) = (self.clone(), caller.clone());
+        let put = async move {
+            let number = edge.next_number.fetch_add(1, Ordering::Relaxed);
+            let made = format!("zone-{}-{number}", edge.epoch);
+            let read = edge.read_zone(feature, None, made).await?;
+            let put = edge.put(&author, read, Expected::Absent, write.validate_only);
+            put.await.map(|(ack, _)| ack)
         };
         let now = self.clock.now();
         // A check without effect is not a write that a key could stand for.

@@ -210,7 +210,7 @@ settings! {
     }
     /// Last known positions.
     drones: Drones {
-        /// The most drones of which it is kept; those heard least recently go first.
+        /// The most drones of which it is kept; of those that fly no plan the ones heard least recently go first.
         count: usize = 50_000, 1..=10_000_000;
         /// A drone on its way of which nothing was heard for so long is silent: it is asked where it is, and its session
         /// may be taken over by another one.
