@@ -51,10 +51,18 @@ pub enum ShedReason {
     Wait,
     /// As many connections are open as may be, of all or of its subject.
     Connections,
+    /// The subject has half of the slots of its class.
+    Subject,
 }
 
 impl ShedReason {
-    const ALL: [Self; 4] = [Self::Slots, Self::Streams, Self::Wait, Self::Connections];
+    const ALL: [Self; 5] = [
+        Self::Slots,
+        Self::Streams,
+        Self::Wait,
+        Self::Connections,
+        Self::Subject,
+    ];
 
     fn name(self) -> &'static str {
         match self {
@@ -62,6 +70,7 @@ impl ShedReason {
             Self::Streams => "streams",
             Self::Wait => "wait",
             Self::Connections => "connections",
+            Self::Subject => "subject",
         }
     }
 }

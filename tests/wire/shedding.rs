@@ -174,3 +174,40 @@ async fn streams_keep_their_places_until_they_end() {
     }
     panic!("the place of a stream that ended stays taken");
 }
+
+#[tokio::test]
+async fn one_caller_leaves_half_of_a_class_to_others() {
+    let slots = Slots {
+        reads: 4,
+        ..Slots::default()
+    };
+    let server = Options {
+        slots,
+        ..Options::with_tokens()
+    };
+    let server = server.start().await;
+    let client = rest();
+    let read = |token: &str, mode: &str| {
+        ask(&client, Method::GET, server.url("/v1/plans"), mode)
+            .bearer_auth(token)
+            .send()
+    };
+    let waiting = [(); 2].map(|()| tokio::spawn(read("drone", "wait")));
+    server.entered(2).await;
+    let third = read("drone", "").await.expect("an answer");
+    assert_eq!(third.status(), 429);
+    assert_eq!(code(third).await, "limit_reached");
+    let other = read("operator", "").await.expect("an answer");
+    assert_eq!(other.status(), 200, "half of the slots is left to others");
+    assert_eq!(
+        server.metric("shed_total{class=\"read\",reason=\"subject\"}"),
+        Some(1.0)
+    );
+
+    server.release(2);
+    for request in waiting {
+        request.await.expect("no panic").expect("an answer");
+    }
+    let again = read("drone", "").await.expect("an answer");
+    assert_eq!(again.status(), 200);
+}

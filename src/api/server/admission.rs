@@ -7,6 +7,7 @@
 
 use super::authentication::Lease;
 use super::bodies::{AnswerBody, BoundedBody, Permit};
+use super::callers::{Callers, OfCaller};
 use super::date::date;
 use super::drain::Drain;
 use super::gate_config::GateConfig;
@@ -48,6 +49,7 @@ pub(crate) struct Admission {
     config: GateConfig,
     services: Services,
     hosts: Hosts,
+    callers: Arc<Callers>,
     process: u32,
     number: AtomicU64,
     metrics: Arc<RequestMetrics>,
@@ -96,6 +98,7 @@ impl Admission {
             config,
             services,
             hosts: Hosts::of(address),
+            callers: Arc::default(),
             process: getrandom::u32().map_err(io::Error::other)?,
             number: AtomicU64::new(0),
             metrics,
@@ -196,7 +199,8 @@ impl Admission {
         self.may_come_over(place, &caller, class)?;
         let body_bytes_max = self.body_bytes_max(operation);
         let (body, exceeded) = bounded(&head, body, known.dialect, operation, body_bytes_max)?;
-        let permit = self.place(class)?;
+        let of_caller = self.share(class, &caller)?;
+        let permit = self.place(class, of_caller)?;
         let timeout = match known.dialect {
             Dialect::Rest => None,
             Dialect::Grpc => grpc_timeout(&head.headers),
@@ -267,9 +271,33 @@ impl Admission {
         })
     }
 
-    fn place(&self, class: Class) -> Result<Permit, Refusal> {
+    /// Refuses who holds half of the slots of a class. Each edge and each session is one of many that a token may have.
+    fn share(&self, class: Class, caller: &Caller) -> Result<Option<OfCaller>, Refusal> {
+        // Where there are no tokens the caller is unknown.
+        let is_shared = !matches!(
+            class,
+            Class::Follow | Class::Session | Class::Watch | Class::Health
+        );
+        if caller.role == Role::Anyone || !is_shared {
+            return Ok(None);
+        }
+        let counted = self
+            .callers
+            .count(class, caller, self.config.slots.of(class));
+        counted.map(Some).map_err(|limit| {
+            self.metrics.shed(class, ShedReason::Subject);
+            let detail = format!(
+                "'{}' has {limit} requests of the class '{}' in flight, as many as one may have",
+                caller.subject,
+                class.name()
+            );
+            Refusal::new(Code::LimitReached, detail).retry_after_s(RETRY_AFTER_S)
+        })
+    }
+
+    fn place(&self, class: Class, of_caller: Option<OfCaller>) -> Result<Permit, Refusal> {
         let limit = self.config.slots.of(class);
-        if let Some(permit) = Permit::take(self.metrics.in_flight(class), limit) {
+        if let Some(permit) = Permit::take(self.metrics.in_flight(class), limit, of_caller) {
             return Ok(permit);
         }
         let (code, reason) = match class {

@@ -1,6 +1,7 @@
 //! Bodies under watch: of requests, which may not grow beyond the limit, and of answers, which end with the drain.
 
 use super::authentication::Lease;
+use super::callers::OfCaller;
 use super::drain::{Drain, Phase};
 use super::services::Content;
 use super::watch::InFlight;
@@ -19,18 +20,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll};
 use tokio_util::sync::WaitForCancellationFutureOwned;
 
-/// A place among the requests of a class, given back when dropped.
+/// A place among the requests of a class and of a caller, given back when dropped.
 #[derive(Debug)]
 pub(crate) struct Permit {
     in_flight: Gauge,
+    _of_caller: Option<OfCaller>,
 }
 
 impl Permit {
     /// A place, where fewer than the limit are taken.
-    pub(crate) fn take(in_flight: &Gauge, limit: i64) -> Option<Self> {
+    pub(crate) fn take(in_flight: &Gauge, limit: i64, of_caller: Option<OfCaller>) -> Option<Self> {
         let taken_before = in_flight.inc();
         let permit = Self {
             in_flight: in_flight.clone(),
+            _of_caller: of_caller,
         };
         (taken_before < limit).then_some(permit)
     }

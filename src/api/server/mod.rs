@@ -2,12 +2,14 @@
 //!
 //! `accept` owns the loop and the drain, `connection` the deadlines of one connection, and `gate` what
 //! happens to a request before and after its handler, which `services` finds. `queue_wait` tells how long requests wait
-//! before they get so far, and `shares` whom to refuse then. `places` counts connections by address and subject.
+//! before they get so far, and `shares` whom to refuse then. `places` counts connections by address and subject, `callers` requests
+//! by subject.
 
 mod accept;
 mod admission;
 mod authentication;
 mod bodies;
+mod callers;
 mod connection;
 mod date;
 mod drain;
