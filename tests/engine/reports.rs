@@ -45,6 +45,7 @@ fn nodes(topology: &Topology, letters: &str) -> Vec<NodeIx> {
 struct Told<'a> {
     plan: Option<(&'a str, Option<usize>)>,
     position: Option<(f64, f64)>,
+    age_s: f64,
     now: Option<&'a str>,
 }
 
@@ -64,6 +65,7 @@ fn settle(
             is_meant: true,
         }),
         position: told.position.map(|(x, y)| Point::new(x, y)),
+        position_age_s: told.age_s,
         now: told.now.map(|now| now.parse().expect("a time")),
         ..Known::nothing()
     };
@@ -119,6 +121,7 @@ fn check(cases: &[(Value, Told<'_>, &str)]) {
 const NOTHING: Told<'static> = Told {
     plan: None,
     position: None,
+    age_s: 0.0,
     now: None,
 };
 
@@ -358,6 +361,31 @@ fn the_destination_is_the_first_that_anything_tells() {
             plan("ABE", Some(0)),
             "AB start to C by ABDC navigational; unknown_destination",
         ),
+    ]);
+}
+
+#[test]
+fn a_place_of_telemetry_off_the_leg_counts_while_the_drone_cannot_have_come_to_the_leg_since() {
+    let by_plan = json!({"service": {"plan_id": "p", "leg": 0}});
+    let seen_for_s = |age_s: f64, (x, y): (f64, f64)| Told {
+        position: Some((x, y)),
+        age_s,
+        ..plan("ABE", None)
+    };
+    let (at_c, on_leg) = ((0.0, 200.0), (120.0, 7.0));
+    let on_leg_told = "AB (120, 7) to E by ABE navigational;";
+    check(&[
+        (
+            by_plan.clone(),
+            seen_for_s(5.0, at_c),
+            "AB (0, 200) to E by ABE navigational;",
+        ),
+        (
+            by_plan.clone(),
+            seen_for_s(120.0, at_c),
+            "AB anywhere to E by ABE navigational; position_outdated",
+        ),
+        (by_plan, seen_for_s(120.0, on_leg), on_leg_told),
     ]);
 }
 

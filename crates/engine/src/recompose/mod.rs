@@ -36,4 +36,5 @@ pub use reentry_points::{ReentryPoints, reentry_points};
 pub use request::{AreaTest, BroughtZone, CellArea, Parameters, Request, Scope, Strategy};
 pub use safety::{Flag, Near, UnsafeCode, UnsafeWay, WhyNot};
 pub(crate) use severance::causes_of_leg;
+pub use starts::OFF_LEG_TOLERANCE_M;
 pub(crate) use starts::is_past_end;

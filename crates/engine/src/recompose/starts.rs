@@ -16,7 +16,7 @@ use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::planted::{self, Bug};
 
 /// A drone farther from its leg than this, in metres, is off it.
-const OFF_LEG_TOLERANCE_M: f64 = 50.0;
+pub const OFF_LEG_TOLERANCE_M: f64 = 50.0;
 /// A drone off its leg is offered this many nodes at most.
 const OFF_LEG_CANDIDATES: usize = 8;
 /// How many of the nearest nodes are looked at to find open ones.

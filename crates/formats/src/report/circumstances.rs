@@ -52,16 +52,18 @@ pub(crate) fn settle_circumstances(
         PlaceSource::Seen => known.position_age_s,
         PlaceSource::Nowhere => 0.0,
     };
+    // One that hovers is where it was.
+    let moves = is_flying && speed_mps > 0.0;
     let detail = report.detail.map(IntoTerm::into_term);
     let is_operational = failure == FailureType::Operational;
     Circumstances {
         aloft,
-        speed_mps: if is_flying {
+        speed_mps: if moves {
             speed_mps
         } else {
             DEFAULT_AIRSPEED_MPS
         },
-        place_age_s: if is_flying { age_s.max(0.0) } else { 0.0 },
+        place_age_s: if moves { age_s.max(0.0) } else { 0.0 },
         detail: detail.filter(|_| is_operational),
         failed_pads: match failure {
             FailureType::Infrastructure => failed_pads(report, topology, leg, warnings),
@@ -143,7 +145,7 @@ fn aloft(
 }
 
 /// The speed as the drone states it, as it was seen just now, as its plan has it, else the default.
-fn speed_mps(report: &wire::FailureReport, known: &Known<'_>) -> f64 {
+pub(crate) fn speed_mps(report: &wire::FailureReport, known: &Known<'_>) -> f64 {
     let stated = report.drone.as_ref().and_then(|drone| drone.airspeed_mps);
     let is_possible = |speed_mps: &f64| *speed_mps > 0.0 && *speed_mps <= MAX_AIRSPEED_MPS;
     let seen = known.ground_speed_mps;

@@ -7,6 +7,7 @@
 
 use super::circumstances::{
     MAX_AGE, MAX_AHEAD, MAX_AIRSPEED_MPS, PlaceSource, has_flown_on, settle_circumstances,
+    speed_mps,
 };
 use super::close::find_close_targets;
 use super::known::{CloseTarget, Known, Unplaced};
@@ -17,7 +18,7 @@ use super::problem::{ReadWarning, ReportProblem, cut};
 use crate::airspace::{Airspace, Hits};
 use crate::flight::{FailureReport, FailureType, LastPlace, Location, check_place};
 use crate::network::{NodeIx, Topology};
-use crate::recompose::{BroughtZone, Parameters, Request};
+use crate::recompose::{BroughtZone, OFF_LEG_TOLERANCE_M, Parameters, Request};
 use crate::wire;
 use crate::wire_terms::IntoTerm;
 use crate::zones::{ZoneId, zone_from_feature};
@@ -181,6 +182,31 @@ fn is_possible(
     false
 }
 
+/// Whether telemetry saw the drone off the leg that its report names so long ago that it may have come to it since.
+fn has_left(
+    topology: &Topology,
+    seen: Spot,
+    leg: &SettledLeg,
+    (known, speed_mps): (&Known<'_>, f64),
+    warnings: &mut Vec<ReadWarning>,
+) -> bool {
+    let (from, to) = leg.nodes;
+    let (from, to) = (topology.position(from), topology.position(to));
+    let on_leg = from.towards(to, seen.point.fraction_along(from, to));
+    let (off_m, age_s) = (on_leg.distance_m(seen.point), known.position_age_s);
+    // Of a leg that is that of the place nothing else is said.
+    let is_named = leg.source != LegSource::Place;
+    let has_left = is_named && off_m > OFF_LEG_TOLERANCE_M && off_m <= age_s * speed_mps;
+    if has_left {
+        let message = format!(
+            "telemetry saw the drone {off_m:.0} m off this leg, {age_s:.0} s ago; its place counts as unknown: send \
+             'location'"
+        );
+        warnings.push(ReadWarning::new("position_outdated", message));
+    }
+    has_left
+}
+
 /// The place that `fraction` of the leg says.
 fn at_fraction(
     topology: &Topology,
@@ -218,7 +244,10 @@ fn locate(
             PlaceSource::Stated,
         );
     }
-    if let Some(spot) = seen {
+    let speed_mps = speed_mps(report, known);
+    if let Some(spot) =
+        seen.filter(|spot| !has_left(topology, *spot, leg, (known, speed_mps), warnings))
+    {
         return (
             Location::At(spot.point),
             Some(spot.written),
