@@ -1,6 +1,7 @@
 //! Plans in flight: closed ahead, recomposed, taken over, open again, over.
 
-use crate::stage::{Stage, circle, names};
+use crate::stage::{DAWN, Stage, circle, names};
+use jiff::{SignedDuration, Timestamp};
 use serde_json::json;
 use skyway::edge::{Code, ZoneWrite};
 use skyway::wire::{Ack, EndedAs, PlanFlag};
@@ -181,6 +182,31 @@ async fn a_report_that_names_a_plan_of_before_is_about_the_one_that_its_drone_fl
     assert_eq!(
         (&stretch["from"], &stretch["to"]),
         (&json!("a0"), &json!("a1")),
+        "{answer}"
+    );
+}
+
+#[tokio::test]
+async fn the_remaining_time_of_a_drone_that_stands_counts_its_wait() {
+    let stage = Stage::set();
+    let now: Timestamp = DAWN.parse().expect("an instant");
+    let start = now + SignedDuration::from_mins(5);
+    let request = json!({"id": "p", "drone_id": "d", "source": "a0", "destination": "a4", "start_time": start.to_string(),
+        "airspeed_mps": 10.0});
+    let request = serde_json::from_value(request).expect("a request");
+    let composed = stage
+        .edge
+        .compose_plan(&stage.caller, request, Default::default());
+    composed.await.expect("a plan");
+    let report = json!({"type": "navigational", "drone": {"id": "d"}, "service": {"plan_id": "p", "leg": 0}});
+    let answer = stage.answer(report).await;
+    let legs = answer["legs"].as_array().expect("legs");
+    let last = legs.last().expect("a way")["arrives_at"].as_str();
+    let arrives: Timestamp = last.expect("an instant").parse().expect("an instant");
+    let ahead_s = arrives.duration_since(now).as_secs_f64();
+    let told_s = answer["remaining_time_s"].as_f64().expect("seconds");
+    assert!(
+        ahead_s > 300.0 && (told_s - ahead_s).abs() < 0.01,
         "{answer}"
     );
 }

@@ -12,6 +12,7 @@ use jiff::Timestamp;
 use skyway_contract as wire;
 use skyway_engine::airspace::Airspace;
 use skyway_engine::checked;
+use skyway_engine::flight::Aloft;
 use skyway_engine::recompose::Request;
 use skyway_formats::ReadWarning;
 use skyway_planted::{self as planted, Bug};
@@ -107,7 +108,14 @@ impl Edge {
         });
         let topology = case.snapshot.topology();
         let airspeed_mps = airspeed_mps(case.report, case.plan.map(|plan| &**plan));
-        let remaining_time_s = answer.remaining_time_s(topology, airspeed_mps, case.now);
+        // One that stands leaves when its plan begins.
+        let stands = case.request.circumstances.aloft == Aloft::Grounded;
+        let waiting = case.plan.filter(|_| stands);
+        let proposed = plan.as_ref().and_then(|plan| plan.version.as_ref());
+        let departs_at = proposed.map(|version| version.departs_at);
+        let departs_at = departs_at.or(waiting.map(|plan| plan.reported.departs_at));
+        let times = (case.now, departs_at.unwrap_or(case.now));
+        let remaining_time_s = answer.remaining_time_s(topology, airspeed_mps, times);
         answer.warn(case.report, remaining_time_s, case.now, read);
         Recomposed {
             answer,

@@ -61,13 +61,13 @@ impl Answer {
         self.told.fallback = Some(Fallback::Checker);
     }
 
-    /// How long the path takes from an instant on, in seconds; at an airspeed, where its times are nominal. `None` without a
-    /// path.
+    /// How long it takes from now on to the end of the path, in seconds; at an airspeed from when it departs, where its times
+    /// are nominal. `None` without a path.
     pub(crate) fn remaining_time_s(
         &self,
         topology: &Topology,
         airspeed_mps: f64,
-        now: Timestamp,
+        (now, departs_at): (Timestamp, Timestamp),
     ) -> Option<f64> {
         if let Some(flight) = &self.flight {
             let (_, way) = flight.version.as_ref()?;
@@ -76,7 +76,10 @@ impl Answer {
         }
         let told = &self.told;
         let has_path = !told.path.nodes.is_empty();
-        has_path.then(|| flight_time_s(topology, &told.path, told.first_stretch_m, airspeed_mps))
+        let waits_s = departs_at.duration_since(now).as_secs_f64().max(0.0);
+        has_path.then(|| {
+            waits_s + flight_time_s(topology, &told.path, told.first_stretch_m, airspeed_mps)
+        })
     }
 
     /// Warns of what its drone has to know: that it draws on the reserve, or comes too late by nominal times.
