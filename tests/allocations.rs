@@ -212,6 +212,7 @@ fn a_search_with_time_and_battery_allocates_its_plan_alone() {
                 at_s: 0.0,
                 battery,
                 on_ground: false,
+                pad: None,
                 flown_m: 0.0,
                 drawn: 0.0,
                 stretch: None,

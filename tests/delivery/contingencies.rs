@@ -46,6 +46,7 @@ fn check_contingencies(town: &Town, composition: &FlightComposition) {
             at_s: leg.enters_s,
             battery: leg.battery_before,
             on_ground: false,
+            pad: None,
             flown_m: 0.0,
             drawn: 0.0,
             stretch: None,

@@ -120,17 +120,13 @@ fn a_stop_without_a_free_pad_is_named() {
 }
 
 #[test]
-fn that_no_pad_is_free_at_the_end_is_certain_only_where_all_were_looked_at() {
-    let mut town = street([1, 1, 0, 0])
+fn that_no_pad_is_free_at_the_end_is_never_certain() {
+    let town = street([1, 1, 0, 0])
         .reserved("a", 0, 99_999.0)
         .reserved("b", 0, 99_999.0);
     let refused = compose(&town, ("a", &[("b", 60.0)], None)).expect_err("no pad");
     assert_eq!(refused.causes, [FlightCause::Pads(town.node("b"))]);
-    assert!(refused.proved);
-    // Enough to find the stop, and to give up beyond it.
-    town.limits.labels = 3;
-    compose(&town, ("a", &[("b", 60.0)], Some("b"))).expect("a plan");
-    let refused = compose(&town, ("a", &[("b", 60.0)], None)).expect_err("no pad");
+    // A later one may find one.
     assert!(!refused.proved);
 }
 

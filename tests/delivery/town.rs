@@ -187,6 +187,7 @@ impl Town {
             ..world(&skies, &setting, &tables)
         };
         let request = DeliveryRequest {
+            pad: None,
             source: self.node(source),
             destination: self.node(destination),
             start_s: 0.0,

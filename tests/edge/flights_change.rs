@@ -306,6 +306,23 @@ async fn a_flight_goes_on_over_another_network_unless_its_pad_is_gone() {
         .expect("it can be flown");
 }
 
+#[tokio::test]
+async fn a_lower_speed_limit_on_another_network_affects_the_flights_that_come_there() {
+    let stage = on(&street(&[1, 1, 1, 1]));
+    let request = json!({"id": "p", "source": "s0", "destination": "s3", "start_time": "2026-11-21T07:00:00Z"});
+    let before = stage.deliver(request).await.expect("a plan");
+    stage
+        .rebuild(|draft| draft.segments[1].speed_limit_mps = Some(4.0))
+        .await;
+    let after = stage.plan("p");
+    assert_eq!(after.flags, [PlanFlag::Affected], "{after:?}");
+    let slower = after.wanted.as_ref().expect("a version");
+    assert!(instant(&slower.arrives_at) > instant(&before.reported.arrives_at));
+    stage
+        .check_version(&after, slower, &[])
+        .expect("it can be flown");
+}
+
 /// What it takes is printed, as a machine that is busy says nothing about an edge.
 #[tokio::test]
 async fn many_plans_that_a_zone_meets_keep_off_each_other_afterwards() {

@@ -171,6 +171,7 @@ fn start_of(topology: &Topology, version: &wire::PlanVersion<'_>) -> FlightStart
         at_s: 0.0,
         battery: flight.battery_at_departure_fraction,
         on_ground: true,
+        pad: None,
         flown_m: 0.0,
         drawn: 0.0,
         stretch: None,

@@ -274,8 +274,9 @@ async fn one_that_waits_is_led_around_the_zone_that_it_brings() {
 
 #[tokio::test]
 async fn one_that_has_to_leave_a_zone_does_not_simply_fly_on() {
+    // The shorter way out leads on along its plan.
     let zone = circle("own", 520.0, 0.0, 60.0);
-    let report = json!({"type": "service_level", "zone": zone, "airborne": true, "location": {"x": 520.0, "y": 0.0},
+    let report = json!({"type": "service_level", "zone": zone, "airborne": true, "location": {"x": 570.0, "y": 0.0},
         "dry_run": true});
     let (_, answer) = answered("06:00", report).await;
     assert!(

@@ -1,8 +1,8 @@
 //! Pads of drones that have landed: theirs until they are known to have left.
 
-use crate::flying::{on, settings, street};
+use crate::flying::{instant, on, settings, stops, street, windowed};
 use crate::memory_disk::MemoryDisk;
-use crate::stage::{Stage, node, segment, without};
+use crate::stage::{Stage, circle, node, segment, without};
 use jiff::{SignedDuration, Timestamp};
 use serde_json::{Value, json};
 use skyway::edge::Code;
@@ -350,4 +350,57 @@ async fn who_lands_after_its_plan_was_cancelled_in_flight_has_its_pad() {
     assert_eq!(landed.expect("heard").ended_as, Some(EndedAs::Cancelled));
     assert_eq!(standing(&stage), [pair("d1", "s1")]);
     assert!(!is_free(&stage).await);
+}
+
+/// It stands on the second pad of s1, and the first one is free.
+async fn on_the_second_pad() -> Stage {
+    let stage = on(&street(&[0, 2, 2]));
+    for (plan, drone) in [("zero", "d0"), ("first", "d1")] {
+        let request = json!({"id": plan, "drone_id": drone, "source": "s2", "destination": "s1"});
+        stage.deliver(request).await.expect("a plan");
+    }
+    stage.pass(SignedDuration::from_mins(5)).await;
+    for plan in ["zero", "first"] {
+        completes(&stage, plan, "s1").await;
+    }
+    let position =
+        json!({"drone_id": "d0", "location": {"x": 1_000.0, "y": 0.0}, "airborne": true});
+    let batch = wire::Telemetry {
+        positions: vec![position],
+    };
+    let told = stage.edge.telemetry(&stage.caller, batch).await;
+    told.expect("telemetry");
+    stage.settle().await;
+    stage
+}
+
+#[tokio::test]
+async fn a_drone_charges_on_the_pad_on_which_it_stands() {
+    let stage = on_the_second_pad().await;
+    let request = json!({
+        "id": "next", "drone_id": "d1", "source": "s1", "destination": "s2", "battery_fraction": 0.24,
+    });
+    let next = stage.deliver(request).await.expect("a plan");
+    assert_eq!(stops(&next.reported)[0].1, 1, "{:?}", stops(&next.reported));
+    // It has to wait there for longer.
+    let zone = windowed(circle("match", 1_500.0, 0.0, 50.0), "06:00", "07:30");
+    stage.zone(zone).await;
+    let wanted = stage.plan("next").wanted.expect("a version");
+    assert_eq!(stops(&wanted)[0].1, 1, "{:?}", stops(&wanted));
+}
+
+#[tokio::test]
+async fn a_drone_that_has_just_landed_is_handled_before_it_charges() {
+    let stage = on(&street(&PADS));
+    let request = json!({"id": "p", "drone_id": "d1", "source": "s0", "destination": "s2", "battery_fraction": 0.28});
+    let plan = stage.deliver(request).await.expect("a plan");
+    let lands_at = instant(stops(&plan.reported)[0].2);
+    let after_landing =
+        lands_at.duration_since(stage.edge.clock().now()) + SignedDuration::from_secs(1);
+    stage.pass(after_landing).await;
+    let zone = windowed(circle("match", 1_500.0, 0.0, 50.0), "06:00", "07:30");
+    stage.zone(zone).await;
+    let wanted = stage.plan("p").wanted.expect("a version");
+    let handled_at = lands_at + SignedDuration::from_secs(60);
+    assert_eq!(instant(&wanted.departs_at), handled_at, "{wanted:?}");
 }

@@ -52,6 +52,7 @@ pub(crate) fn begin(source: NodeIx, payload_kg: f64) -> World {
             at_s: 0.0,
             battery: 0.98,
             on_ground: true,
+            pad: None,
             flown_m: 0.0,
             drawn: 0.0,
             stretch: None,

@@ -470,6 +470,7 @@ fn starts(draw: &mut Draw, topology: &Topology, began_s: f64, on_grid: bool) -> 
             },
             battery: draw.between(0.3, 1.0),
             on_ground,
+            pad: None,
             flown_m: if on_ground {
                 0.0
             } else {

@@ -173,6 +173,8 @@ struct WrittenStop {
 #[serde(deny_unknown_fields)]
 struct WrittenStand {
     node: Value,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pad: Option<u16>,
     at_s: f64,
     battery_fraction: f64,
 }
@@ -236,6 +238,7 @@ pub fn write_flight_question(question: &FlightQuestion<'_>) -> Value {
             .collect(),
         stand: question.stand.map(|stand| WrittenStand {
             node: writer.id(stand.node),
+            pad: stand.pad,
             at_s: stand.at_s,
             battery_fraction: stand.battery,
         }),
@@ -317,6 +320,7 @@ impl Written {
         let stand = self.stand.as_ref().map(|stand| {
             Ok(Stand {
                 node: reader.node("stand", &stand.node)?,
+                pad: stand.pad,
                 at_s: stand.at_s,
                 battery: stand.battery_fraction,
             })

@@ -30,6 +30,7 @@ pub(in crate::cli) fn compose(
     output: &Output,
 ) -> Result<(), Stop> {
     let request = DeliveryRequest {
+        pad: None,
         source,
         destination,
         start_s: flight.start_s,

@@ -61,7 +61,8 @@ pub(crate) fn stays(
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Own<'a> {
     plan: Option<&'a str>,
-    landed: Option<&'a str>,
+    /// The plan with which it came to the pad on which it stands.
+    pub(super) landed: Option<&'a str>,
 }
 
 impl Own<'_> {

@@ -476,6 +476,12 @@ fn time_left_s(plan: &PlanEntry, progress: &Progress, leg: usize, now: Timestamp
     let after: f64 = legs[progress.leg..].iter().map(|leg| leg.length_m).sum();
     let flown_m = (after - progress.remaining_m).max(0.0);
     let waits_s = plan.reported.departs_at.duration_since(now).as_secs_f64();
+    if let Some(flown) = plan.reported.flight.as_deref() {
+        // Stays on pads are in its times.
+        let flight = &flown.composition.plan;
+        let entered = flight.legs.get(leg).map(|leg| leg.enters_s);
+        return (waits_s + entered.unwrap_or(flight.arrives_s)).max(0.0);
+    }
     let left_m = (between_m - flown_m).max(0.0);
     waits_s.max(0.0) + left_m / plan.airspeed_mps.max(0.1)
 }

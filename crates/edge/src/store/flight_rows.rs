@@ -62,6 +62,8 @@ struct StoredStart {
     at_s: f64,
     battery: f64,
     on_ground: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pad: Option<u16>,
     flown_m: f64,
     drawn: f64,
 }
@@ -151,6 +153,7 @@ pub(super) fn store_flight(
             at_s: start.at_s,
             battery: start.battery,
             on_ground: start.on_ground,
+            pad: start.pad,
             flown_m: start.flown_m,
             drawn: start.drawn,
         },
@@ -246,6 +249,7 @@ pub(super) fn read_flight(
             at_s: start.at_s,
             battery: start.battery,
             on_ground: start.on_ground,
+            pad: start.pad,
             flown_m: start.flown_m,
             drawn: start.drawn,
             stretch: None,

@@ -57,10 +57,10 @@ pub(super) fn check(
     if let Some((place, stop)) = stops.next() {
         // A hold may end where it waits.
         let waits_last = flight.plan.legs.is_empty() && stop.before_leg == 0;
-        if !waits_last || stops.len() > 1 {
+        if !waits_last || stops.len() > 0 {
             return Err(Fault::new(Rule::Joins, Place::Stop(place)));
         }
-        return Ok(());
+        return flyer.pad_is_free(place, stop);
     }
     flyer.arrive(claim)
 }

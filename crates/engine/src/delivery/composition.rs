@@ -16,6 +16,8 @@ pub struct DeliveryRequest {
     pub source: NodeIx,
     /// Where the delivery goes.
     pub destination: NodeIx,
+    /// The pad that it stands on there, counted from 0, where that is known.
+    pub pad: Option<u16>,
     /// The start time, in seconds; without a free pad at the source the drone takes off then.
     pub start_s: f64,
     /// When the plan began, in seconds: windows widen with the time since then.
@@ -200,6 +202,7 @@ impl DeliveryRequest {
             at_s: self.start_s,
             battery: self.battery,
             on_ground: true,
+            pad: self.pad,
             flown_m: 0.0,
             drawn: 0.0,
             stretch: None,

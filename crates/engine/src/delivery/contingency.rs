@@ -126,6 +126,7 @@ fn at_start_of(leg: &FlownLeg) -> FlightStart {
         at_s: leg.enters_s,
         battery: leg.battery_before,
         on_ground: false,
+        pad: None,
         flown_m: 0.0,
         drawn: 0.0,
         stretch: None,

@@ -23,6 +23,7 @@ pub(super) fn hold_on_the_ground(
     let own = OwnWorld::of(world, failure.request, true);
     let world = &own.world(world);
     let request = DeliveryRequest {
+        pad: None,
         source: node,
         destination: failure.request.report.destination,
         start_s: failure.at_s,

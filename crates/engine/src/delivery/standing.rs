@@ -17,6 +17,8 @@ use crate::recompose::{Outcome, Strategy, UnsafeCode, UnsafeWay};
 pub struct Stand {
     /// Where.
     pub node: NodeIx,
+    /// On which pad, counted from 0, where that is known.
+    pub pad: Option<u16>,
     /// From when on it can do anything, in seconds.
     pub at_s: f64,
     /// Its battery then, as a fraction.
@@ -43,6 +45,7 @@ impl Stand {
         let next = onward.first().map(|stop| stop.node);
         let request = DeliveryRequest {
             source: self.node,
+            pad: self.pad,
             destination: next.unwrap_or(failure.request.report.destination),
             start_s: self.at_s + service_s,
             began_s: self.at_s,
@@ -53,7 +56,7 @@ impl Stand {
         let answer = answer_standing(own_world, &request, Some(failure), scratch);
         let mut answer = go_on(world, failure.request, onward, answer, scratch);
         if let Some(composition) = answer.composition.as_mut().filter(|_| served.is_some()) {
-            served_first(world, composition, (self.at_s, self.battery, service_s));
+            served_first(world, composition, self, service_s);
         }
         hold_instead(failure, &mut answer);
         // In a zone it is told to hold, as one that reports there: no operator has to find it a way.

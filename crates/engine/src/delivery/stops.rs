@@ -9,6 +9,7 @@ use super::composition::{
 };
 use super::contingency::contingencies_of;
 use super::flight_failure::FlightRecomposition;
+use super::standing::Stand;
 use super::world::{DeliveryScratch, DeliveryWorld, Question};
 use crate::flight::{FlightPlan, FlightStart, ServiceStop, Stop, StopKind};
 use crate::itinerary::{
@@ -58,7 +59,7 @@ pub fn compose_with_stops(
     let destination = match lands {
         Lands::AtDestination => request.destination,
         Lands::OnNearestPad => nearest_pad(parts, &composition, last, scratch)
-            .map_err(|none| no_pad(&composition, last.node, none.reason.is_none()))?,
+            .map_err(|_| no_pad(&composition, last.node))?,
     };
     // Where nothing follows the last stop it is the end.
     if !stops.is_empty() && destination != last.node {
@@ -128,7 +129,8 @@ pub(super) fn go_on(
 pub(super) fn served_first(
     world: &DeliveryWorld<'_>,
     composition: &mut FlightComposition,
-    (at_s, battery, service_s): (f64, f64, f64),
+    stand: &Stand,
+    service_s: f64,
 ) {
     let plan = &mut composition.plan;
     let Some(first) = plan.legs.first() else {
@@ -140,8 +142,9 @@ pub(super) fn served_first(
     let waits = plan.stops.first().filter(|stop| stop.before_leg == 0);
     let waits = waits.copied();
     let takes_off_s = waits.map_or(first.enters_s - vertical_s, |stop| stop.takes_off_s);
-    // It keeps the pad that it stands on.
-    let pad = world.setting.pads().free_pad(node, at_s, takes_off_s);
+    let (at_s, battery) = (stand.at_s, stand.battery);
+    let pads = world.setting.pads();
+    let pad = stand.pad.or(pads.free_pad(node, at_s, takes_off_s));
     let stay = Stop {
         kind: waits.map_or(StopKind::Start, |stop| stop.kind),
         before_leg: 0,
@@ -203,6 +206,7 @@ impl Served {
             at_s: self.ready_s,
             battery: self.battery,
             on_ground: true,
+            pad: None,
             flown_m: 0.0,
             drawn: 0.0,
             stretch: None,
@@ -237,11 +241,12 @@ fn with_part(
             causes: decision.causes,
             opens: decision.opens,
             deadline_s: question.deadline_s,
-            proved: proof.proved,
+            // After another head there may be one.
+            proved: false,
         });
     };
     let joined = joined(world, &head.plan, &part, (here, &served));
-    let plan = joined.ok_or_else(|| no_pad(head, here.node, true))?;
+    let plan = joined.ok_or_else(|| no_pad(head, here.node))?;
     let proof = joint_proof(world, head, (here.node, next), proof);
     Ok(with_contingencies(world, &question, plan, proof, scratch))
 }
@@ -346,11 +351,12 @@ fn nearest_pad(
     found.map(|alternate| alternate.node)
 }
 
-fn no_pad(composition: &FlightComposition, node: NodeIx, proved: bool) -> NoDelivery {
+/// No pad for a stop of this composition; a later one may find it free.
+fn no_pad(composition: &FlightComposition, node: NodeIx) -> NoDelivery {
     NoDelivery {
         causes: vec![FlightCause::Pads(node)],
         opens: None,
         deadline_s: composition.deadline_s,
-        proved,
+        proved: false,
     }
 }

@@ -16,6 +16,8 @@ pub struct FlightStart {
     /// True for a drone that stands at the node: it takes off, and may wait and charge on a pad that is free.
     /// False for one that comes flying.
     pub on_ground: bool,
+    /// The pad that it stands on, counted from 0, where that is known: it waits there, as long as no other drone has that pad.
+    pub pad: Option<u16>,
     /// Metres flown before; they count.
     pub flown_m: f64,
     /// Energy drawn before; it counts.

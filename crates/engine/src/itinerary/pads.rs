@@ -152,16 +152,20 @@ impl PadTimes {
 
     /// The first pad of a node that is free from one instant to another.
     pub fn free_pad(&self, node: NodeIx, from_s: f64, until_s: f64) -> Option<u16> {
+        let mut pads = 0..self.stations.pads[node.at()];
+        pads.find(|&pad| self.is_free((node, pad), from_s, until_s))
+    }
+
+    /// Whether a pad of a node is free from one instant to another.
+    pub(super) fn is_free(&self, (node, pad): (NodeIx, u16), from_s: f64, until_s: f64) -> bool {
         // What a search takes from `T` may be off by rounding.
         let slack_s = super::request::TIME_TOLERANCE_S;
-        let is_taken = |pad: u16| {
-            let mut taken = taken_at(&self.closed, &self.others, node);
-            taken.any(|stay| {
-                let overlaps = stay.from_s < until_s - slack_s && stay.until_s > from_s + slack_s;
-                overlaps && stay.pad.is_none_or(|taken| taken == pad)
-            })
-        };
-        (0..self.stations.pads[node.at()]).find(|&pad| !is_taken(pad))
+        let mut taken = taken_at(&self.closed, &self.others, node);
+        let is_taken = taken.any(|stay| {
+            let overlaps = stay.from_s < until_s - slack_s && stay.until_s > from_s + slack_s;
+            overlaps && stay.pad.is_none_or(|taken| taken == pad)
+        });
+        pad < self.stations.pads[node.at()] && !is_taken
     }
 }
 

@@ -129,7 +129,9 @@ fn stay(
     let charging = world.charging;
     let stay_s = takes_off_s - lands_s;
     let charge = |time_s: f64| charging.level_after(battery_before, time_s.max(0.0));
-    let pad = world.pads.free_pad(node, lands_s, takes_off_s);
+    let own = plan.start.pad.filter(|_| arrived_s.is_none());
+    let own = own.filter(|&pad| world.pads.is_free((node, pad), lands_s, takes_off_s));
+    let pad = own.or_else(|| world.pads.free_pad(node, lands_s, takes_off_s));
     let battery_after = match kind {
         StopKind::Swap => charging.full,
         StopKind::Charge => charge(stay_s - world.rules.stop_s),

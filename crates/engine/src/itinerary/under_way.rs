@@ -26,6 +26,7 @@ impl FlightSetting {
             at_s,
             battery,
             on_ground: false,
+            pad: None,
             flown_m: stretch.length_m,
             drawn: 0.0,
             stretch: Some(stretch),

@@ -66,6 +66,7 @@ impl Yardstick {
                     at_s: 60.0 * number as f64,
                     battery: 0.6,
                     on_ground: true,
+                    pad: None,
                     flown_m: 0.0,
                     drawn: 0.0,
                     stretch: None,

@@ -113,6 +113,15 @@ fn is_flown_alike(
     same_ends
         && apart_m <= MOVED_M.max(old.length_m * PLANES_DIFFER)
         && from.segment_band(segment) == to.segment_band(other)
+        && from.speed_limit_mps(segment) == to.speed_limit_mps(other)
+        && [(old.from, ends[0]), (old.to, ends[1])]
+            .iter()
+            .all(|&(end, other)| other.is_some_and(|other| is_as_high(from, end, to, other)))
+}
+
+/// Whether drones land at the same height at two nodes.
+fn is_as_high(from: &Topology, node: NodeIx, to: &Topology, other: NodeIx) -> bool {
+    from.node_altitude(node) == to.node_altitude(other)
 }
 
 #[cfg(test)]

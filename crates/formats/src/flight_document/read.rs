@@ -77,6 +77,7 @@ impl Reader<'_> {
             at_s: start.at_s,
             battery: start.battery_fraction,
             on_ground: start.on_ground,
+            pad: None,
             flown_m: start.flown_m,
             drawn: start.drawn_fraction,
             stretch: None,

@@ -10,7 +10,7 @@ use crate::planner::{Answer, Scene, Version, later};
 use crate::plans::entry::PlanEntry;
 use jiff::Timestamp;
 use skyway_engine::delivery::BatteryNow;
-use skyway_engine::flight::{Stop, StopKind};
+use skyway_engine::flight::{Reservation, Stop, StopKind};
 use skyway_engine::itinerary::{FlightCause, Objective};
 use skyway_engine::network::{NodeIx, Topology};
 use skyway_engine::recompose::{Request, Severance};
@@ -20,6 +20,8 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stand {
     pub(super) node: NodeIx,
+    /// On which pad, counted from 0, where that is known.
+    pub(super) pad: Option<u16>,
     /// From when on it can do anything.
     pub(super) from: Timestamp,
     pub(super) battery: f64,
@@ -169,15 +171,27 @@ impl Flights {
         let start = &flown.composition.plan.start;
         let now_s = now.duration_since(version.departs_at).as_secs_f64();
         let seen = sighting.filter(|sighting| sighting.seen_at >= version.departs_at);
+        let stops = &flown.composition.plan.stops;
+        let first = stops.first().filter(|stop| stop.before_leg == 0);
         if start.on_ground && now_s <= start.at_s {
             return Some(Stand {
                 node: start.node,
+                pad: start.pad.or(first.map(|stop| stop.pad)),
                 from: later(version.departs_at, start.at_s),
                 battery: start.battery,
             });
         }
+        let pad_at = |node: NodeIx| {
+            let now_s = now.as_microsecond() as f64 / 1e6;
+            let mut stays = version.reservations().into_iter();
+            let is_there = |stay: &Reservation| stay.from_s <= now_s && now_s <= stay.until_s;
+            stays
+                .find(|stay| stay.node == node && is_there(stay))
+                .map(|stay| stay.pad)
+        };
         let waits_at = |node| Stand {
             node,
+            pad: pad_at(node),
             from: now,
             battery: seen
                 .and_then(Sighting::battery_here)
@@ -186,7 +200,6 @@ impl Flights {
         if let Some(node) = version.holds_at() {
             return Some(waits_at(node));
         }
-        let stops = &flown.composition.plan.stops;
         let stop = stops
             .iter()
             .find(|stop| stop.lands_s <= now_s && now_s < stop.takes_off_s);
@@ -204,24 +217,35 @@ impl Flights {
         if is_elsewhere {
             return None;
         }
+        let rules = &self.settings.rules;
+        let handling_s = match stop.kind {
+            StopKind::Start => 0.0,
+            StopKind::Charge => rules.stop_s,
+            StopKind::Swap => rules.swap_s,
+        };
+        let ready_s = stop.lands_s + handling_s;
+        let has_it_ahead = now_s < ready_s;
         let seen_battery = seen.and_then(Sighting::battery_here);
+        // What it says of a battery that is about to be swapped ends with that.
+        let seen_battery = seen_battery.filter(|_| stop.kind != StopKind::Swap || !has_it_ahead);
         Some(Stand {
             node: stop.node,
-            from: now,
-            battery: seen_battery.unwrap_or_else(|| self.charged(plan, stop, now_s)),
+            pad: Some(stop.pad),
+            from: match has_it_ahead {
+                true => later(version.departs_at, ready_s),
+                false => now,
+            },
+            battery: seen_battery.unwrap_or_else(|| self.charged(plan, stop, now_s - ready_s)),
         })
     }
 
-    /// The battery of a drone on a pad, as far as it has been charged by now.
-    fn charged(&self, plan: &PlanEntry, stop: &Stop, now_s: f64) -> f64 {
-        let handling_s = match stop.kind {
-            StopKind::Start => 0.0,
-            StopKind::Charge => self.settings.rules.stop_s,
-            StopKind::Swap => return stop.battery_before,
-        };
-        let charging_s = (now_s - stop.lands_s - handling_s).max(0.0);
+    /// The battery of a drone on a pad so many seconds after it was handled there; that with which it is handled, before.
+    fn charged(&self, plan: &PlanEntry, stop: &Stop, after_s: f64) -> f64 {
         let charging = self.kind_of(plan).airframe.charging();
-        charging.level_after(stop.battery_before, charging_s)
+        match stop.kind {
+            StopKind::Swap => charging.full,
+            _ => charging.level_after(stop.battery_before, after_s.max(0.0)),
+        }
     }
 }
 

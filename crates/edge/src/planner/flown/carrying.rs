@@ -106,6 +106,7 @@ fn plan_carried(plan: &FlightPlan, change: &Change<'_>, legs: Range<usize>) -> O
             at_s: first.enters_s,
             battery: first.battery_before,
             on_ground: false,
+            pad: None,
             flown_m: 0.0,
             drawn: 0.0,
             stretch: None,

@@ -86,6 +86,9 @@ impl Flights {
             assumed,
         } = terms;
         let own = scene.traffic.own(None, wanted.drone_id);
+        let stays = scene.traffic.stays_at(wanted.source).iter();
+        let mut stands = stays.filter(|stay| own.landed == Some(&*stay.plan));
+        let pad = stands.next().map(|stay| stay.pad);
         let budget = Budget::Request(order.objective);
         let ground = self.ground(scene, kind, own, budget);
         let ground = if wanted.plainly {
@@ -102,6 +105,7 @@ impl Flights {
         };
         let request = DeliveryRequest {
             source: wanted.source,
+            pad,
             destination,
             start_s,
             began_s: start_s,

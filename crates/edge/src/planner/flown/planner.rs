@@ -23,7 +23,7 @@ use skyway_engine::flight::{Location, ServiceStop};
 use skyway_engine::geo::Point;
 use skyway_engine::itinerary::Objective;
 use skyway_engine::network::{NodeIx, Topology};
-use skyway_engine::recompose::{Outcome, Request, Strategy};
+use skyway_engine::recompose::{Outcome, Request, Strategy, Warning};
 use skyway_engine::routing::Path;
 use skyway_formats::ReadWarning;
 use skyway_planted as planted;
@@ -400,8 +400,11 @@ impl Planner for Flown {
             return self.by_distance.first_met(scene, version, ahead, closure);
         };
         let flight_s = version.composition.flight_time_s;
-        // Windows are widened the more the longer they are ahead.
-        let over_at = later(version.arrives_at(), 600.0 + 0.1 * flight_s.max(0.0));
+        // Windows are widened the more the longer they are ahead, and telemetry may show a drone somewhat late.
+        let rules = &self.flights.settings.rules;
+        let flight_s = flight_s.max(0.0);
+        let margin_s = rules.time_margin_s + rules.time_margin_growth * flight_s;
+        let over_at = later(version.arrives_at(), 600.0 + 0.1 * flight_s + margin_s);
         let mut windows = closure.windows.iter();
         let counts = windows.any(|window| window.meets(scene.now, over_at));
         if !closure.windows.is_empty() && !counts {
@@ -438,7 +441,10 @@ impl Planner for Flown {
         else {
             return false;
         };
-        let leads_there = matches!(answer.told.outcome, Outcome::Rerouted | Outcome::Hold);
+        let ends_at_stop = |warning: &Warning| matches!(warning, Warning::EndsAtStop { .. });
+        let is_whole = plan.ends_early() || !answer.told.warnings.iter().any(ends_at_stop);
+        let leads_there =
+            is_whole && matches!(answer.told.outcome, Outcome::Rerouted | Outcome::Hold);
         if plan.waits_at().is_some() {
             return leads_there && !flown.composition.plan.legs.is_empty();
         }
@@ -449,9 +455,7 @@ impl Planner for Flown {
             .duration_since(lands_at)
             .as_secs_f64();
         let gains_m = progress.remaining_m - way.length_m;
-        let legs = &current.composition.figures.legs;
-        let ahead = legs.get(progress.leg..).unwrap_or_default();
-        let ahead_wh: f64 = ahead.iter().map(|leg| leg.energy_wh).sum();
+        let ahead_wh = current.energy_ahead_wh(progress);
         let gains_wh = ahead_wh - flown.composition.figures.energy_wh;
         let lands_earlier = gains_s > LEAST_GAIN_S;
         leads_there

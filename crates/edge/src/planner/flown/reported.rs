@@ -393,6 +393,7 @@ impl Flights {
     fn in_seconds(&self, stand: Stand) -> delivery::Stand {
         delivery::Stand {
             node: stand.node,
+            pad: stand.pad,
             at_s: self.seconds(stand.from),
             battery: stand.battery,
         }
