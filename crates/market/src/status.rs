@@ -7,16 +7,16 @@
 //! | accepted | `assigned` | | |
 //! | activated, nonconforming, contingent | `picking_up` | `in_flight` | `delivered` |
 //! | the same, waiting on a pad | `holding` | `holding` | `delivered` |
-//! | ended: at its end | | `delivered` | `delivered` |
-//! | ended: landed at its beginning or at the pickup | `created` | `returned` | `delivered` |
+//! | ended: at its end, as an operator says | `delivered` | `delivered` | `delivered` |
+//! | ended: landed at home, or at the pickup | `created` | `returned` | `delivered` |
 //! | ended: landed elsewhere | `created` | `diverted` | `delivered` |
 //! | ended: cancelled, by the customer | `cancelled` | `cancelled` | `delivered` |
 //! | ended: cancelled, otherwise | `created` | `failed` | `delivered` |
 //! | ended: lost | `created` | `failed` | `delivered` |
 //!
 //! `created` is `failed` where it may not be tried again. A final status stays as it is; the way home changes the drone
-//! alone. A flight that begins at the pickup has the parcel from its departure on; one whose drop is where it ends has
-//! delivered it with its end.
+//! alone. Every flight ends at home, so a landing there delivers no parcel whose drop is elsewhere. A flight that begins at the
+//! pickup has the parcel from its departure on; one whose drop is at home delivers it with its landing there.
 
 use skyway_contract::{DeliveryStatus, EndedAs, FleetDroneState, FlightNews, PlanState};
 
@@ -122,7 +122,7 @@ fn note(news: &FlightNews) -> Option<String> {
 
 fn ended(terms: &Terms<'_>, news: &FlightNews, parcel: Parcel) -> (DeliveryStatus, Option<String>) {
     let ended_as = news.ended_as.unwrap_or(EndedAs::Lost);
-    if ended_as == EndedAs::Delivered {
+    if ended_as == EndedAs::Delivered && has_delivered(terms, news, parcel) {
         return (DeliveryStatus::Delivered, None);
     }
     if ended_as == EndedAs::Cancelled && terms.is_called_off {
@@ -133,12 +133,17 @@ fn ended(terms: &Terms<'_>, news: &FlightNews, parcel: Parcel) -> (DeliveryStatu
         return before_pickup(terms, ended_as);
     }
     match ended_as {
-        EndedAs::Diverted => landed_elsewhere(terms, news.landed_on.as_deref()),
+        EndedAs::Delivered | EndedAs::Diverted => landed(terms, news.landed_on.as_deref()),
         EndedAs::Cancelled => failed("its flight was cancelled with the parcel on board"),
-        EndedAs::Lost | EndedAs::Delivered => {
-            failed("nothing has been heard of its drone for long")
-        }
+        EndedAs::Lost => failed("nothing has been heard of its drone for long"),
     }
+}
+
+/// Whether a flight that has ended where it was to end has delivered a parcel that was not seen to be dropped before. Of one
+/// whose drone was not seen to land, an operator has said that it has.
+fn has_delivered(terms: &Terms<'_>, news: &FlightNews, parcel: Parcel) -> bool {
+    let is_at_home = news.landed_on.as_deref() == Some(terms.home);
+    !is_at_home || (parcel == Parcel::OnBoard && terms.drop == terms.home)
 }
 
 fn failed(reason: &str) -> (DeliveryStatus, Option<String>) {
@@ -149,7 +154,8 @@ fn before_pickup(terms: &Terms<'_>, ended_as: EndedAs) -> (DeliveryStatus, Optio
     let what = match ended_as {
         EndedAs::Cancelled => "its flight was cancelled before the pickup",
         EndedAs::Lost => "its drone was lost before the pickup",
-        EndedAs::Diverted | EndedAs::Delivered => "its drone landed elsewhere before the pickup",
+        EndedAs::Delivered => "its drone came back before the pickup",
+        EndedAs::Diverted => "its drone landed elsewhere before the pickup",
     };
     if terms.may_retry {
         let reason = format!("{what}; it waits for another drone");
@@ -158,10 +164,8 @@ fn before_pickup(terms: &Terms<'_>, ended_as: EndedAs) -> (DeliveryStatus, Optio
     failed(what)
 }
 
-fn landed_elsewhere(
-    terms: &Terms<'_>,
-    landed_on: Option<&str>,
-) -> (DeliveryStatus, Option<String>) {
+/// A drone has landed with the parcel, and not at the drop.
+fn landed(terms: &Terms<'_>, landed_on: Option<&str>) -> (DeliveryStatus, Option<String>) {
     match landed_on {
         Some(node) if node == terms.pickup || node == terms.home => {
             let reason = format!("its drone came back to node '{node}' with the parcel");

@@ -104,6 +104,25 @@ async fn a_drone_that_departs_before_its_edge_has_answered_was_assigned_first() 
 }
 
 #[tokio::test]
+async fn a_drone_that_turns_back_delivers_nothing_and_proves_nothing() {
+    // What was told of the flight before it is back home.
+    for (told, status) in [(2, DeliveryStatus::Created), (3, DeliveryStatus::Returned)] {
+        let world = World::with_drones(&["depot"]).await;
+        let id = world.order("shop", "door").await;
+        world.assign().await;
+        let mut flight = world.whole_flight(&id, "depot").await;
+        let mut ended = flight.pop().expect("an end");
+        ended.stops_served = flight[told - 1].stops_served;
+        flight.truncate(told);
+        flight.push(ended);
+        world.tell(1, &flight).await;
+        let delivery = world.delivery(&id).await;
+        assert_eq!((delivery.status, delivery.proof), (status, None));
+        assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
+    }
+}
+
+#[tokio::test]
 async fn news_are_taken_once_in_whatever_batches_they_come() {
     let world = World::with_drones(&["depot"]).await;
     let id = world.order("shop", "door").await;

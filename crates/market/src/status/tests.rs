@@ -188,6 +188,45 @@ fn ends_before_the_pickup_are_tried_again_or_fail() {
     assert_eq!(fold(&called_off, &over).status, DeliveryStatus::Cancelled);
 }
 
+/// A plan ends as delivered where its drone lands at home, though it turned back before.
+#[test]
+fn a_drone_that_turned_back_has_delivered_nothing() {
+    use DeliveryStatus::{Assigned, Created, Delivered, Failed, InFlight, PickingUp, Returned};
+    let home = |served| end(EndedAs::Delivered, served, Some("depot"));
+    let at_home = |status| Terms {
+        pickup: "depot",
+        ..from(status)
+    };
+    let to_home = |status| Terms {
+        drop: "depot",
+        ..from(status)
+    };
+    let last = Terms {
+        may_retry: false,
+        ..from(PickingUp)
+    };
+    let ends = [
+        (from(PickingUp), home(0), Created),
+        (last, home(0), Failed),
+        (from(InFlight), home(1), Returned),
+        (from(InFlight), home(2), Delivered),
+        (at_home(Assigned), home(0), Created),
+        (at_home(InFlight), home(0), Returned),
+        (at_home(InFlight), home(1), Delivered),
+        (to_home(PickingUp), home(0), Created),
+        (to_home(Assigned), home(1), Delivered),
+        // An operator has said so.
+        (from(InFlight), end(EndedAs::Delivered, 1, None), Delivered),
+    ];
+    for (terms, news, status) in ends {
+        let standing = fold(&terms, &news);
+        let drone = Some(FleetDroneState::Available);
+        let expected = (status, drone, status != Delivered);
+        let found = (standing.status, standing.drone, standing.reason.is_some());
+        assert_eq!(found, expected, "{terms:?}: {news:?}");
+    }
+}
+
 #[test]
 fn late_news_of_acceptance_take_nothing_back() {
     let standing = fold(
