@@ -378,7 +378,7 @@ fn reservation(
         mut order,
         service,
         errand,
-        ..
+        closes_at,
     } = waiting;
     let mut drone = candidate.drone.clone();
     let id = order.document.id.clone();
@@ -388,6 +388,7 @@ fn reservation(
     dispatch.home = drone.value.home.text().to_owned();
     dispatch.airframe = drone.value.airframe.clone().or(service.airframe);
     dispatch.fetch_m = errand.fetch_m(candidate.home).unwrap_or(0.0);
+    dispatch.closes_ms = closes_at.map(Timestamp::as_millisecond);
     dispatch.reserved += 1;
     dispatch.asked_since_ms = now.as_millisecond();
     let left_until = now.saturating_add(LEFT_FOR).unwrap_or(now);

@@ -113,6 +113,8 @@ pub(super) struct Progress {
     pub(super) airframe: Option<String>,
     /// From home to the pickup, in metres.
     pub(super) fetch_m: f64,
+    /// From when on its drone may not come to the pickup, as its service closes, in milliseconds since 1970.
+    pub(super) closes_ms: Option<i64>,
     /// Drones reserved for it so far; each has a plan of its own.
     pub(super) reserved: u32,
     /// Flights of it that were taken on.

@@ -242,13 +242,10 @@ fn settle(
 }
 
 fn taken_on(order: &mut Order, flight: &ComposedFlight, now: Timestamp) -> Settled {
-    let latest = order.delivery.arrive_by.as_deref();
-    let latest: Option<Timestamp> = latest.and_then(|latest| latest.parse().ok());
-    if latest.is_some_and(|latest| flight.drop_at > latest) {
+    if let Some(late) = lateness(order, flight) {
         order.ask_to_call_off(now);
         let drone = order.drone_id().unwrap_or_default();
-        let reason = format!("drone '{drone}' would arrive at {} only", flight.drop_at);
-        order.delivery.reason = Some(reason);
+        order.delivery.reason = Some(format!("drone '{drone}' would {late}"));
         return Settled {
             is_told: false,
             drone: DroneThen::AsBefore,
@@ -265,6 +262,20 @@ fn taken_on(order: &mut Order, flight: &ComposedFlight, now: Timestamp) -> Settl
         is_told: order.set_status(DeliveryStatus::Assigned, None, now, version),
         drone: DroneThen::FliesUntil(flight.ends_at),
     }
+}
+
+/// In what a flight is too late, by the times that its edge says; none where it is in time.
+fn lateness(order: &Order, flight: &ComposedFlight) -> Option<String> {
+    let closes_ms = order.dispatch.closes_ms;
+    if closes_ms.is_some_and(|closes_ms| flight.pickup_at.as_millisecond() >= closes_ms) {
+        let pickup_at = flight.pickup_at;
+        return Some(format!(
+            "pick up at {pickup_at} only, after its service closes"
+        ));
+    }
+    let latest = order.delivery.arrive_by.as_deref();
+    let latest: Timestamp = latest?.parse().ok()?;
+    (flight.drop_at > latest).then(|| format!("arrive at {} only", flight.drop_at))
 }
 
 fn refused(order: &mut Order, code: &str, detail: &str, now: Timestamp) -> Settled {

@@ -300,6 +300,27 @@ async fn no_drone_is_sent_that_comes_after_its_service_closes() {
 }
 
 #[tokio::test]
+async fn a_flight_that_would_pick_up_after_closing_is_called_off() {
+    let world = World::with_drones(&["depot"]).await;
+    let hours = json!([{"days": ["FRI"], "from": "07:00", "until": "18:05"}]);
+    let service = json!({"time_zone": "UTC", "hours": hours});
+    world.put_service(&service).await;
+    // It would be at the shop within two minutes, and its edge takes it on after four and a half.
+    world.edge.lose_questions(1);
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    world.pass(270);
+    for _ in 0..2 {
+        world.assign().await;
+    }
+    assert_eq!(world.status(&id).await, DeliveryStatus::Created);
+    let reason = world.reason(&id).await;
+    assert!(reason.contains("after its service closes"), "{reason}");
+    assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
+    assert!(world.edge.plans().values().all(|plan| !plan.is_active()));
+}
+
+#[tokio::test]
 async fn what_was_promised_is_not_flown_after_closing_once_that_is_past() {
     let world = World::with_drones(&["shop"]).await;
     let hours = json!([{"days": ["FRI"], "from": "07:00", "until": "18:10"}]);
