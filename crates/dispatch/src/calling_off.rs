@@ -18,6 +18,7 @@ const CALLED_OFF: &str = "it was called off";
 const DEPARTED: &str = "its drone departed before it could be called off";
 const BEING_CALLED_OFF: &str = "it is being called off";
 const OVER: &str = "its flight is over; what became of it, its edge tells";
+const FORGOTTEN: &str = "its edge knows nothing of its flight any more; it may have been flown";
 
 impl Dispatch {
     /// Calls a delivery off. Where an edge has its flight the answer may be that it is being called off, and the status
@@ -149,6 +150,10 @@ fn settle(
     let is_given_up = now.duration_since(asked_since) >= ASKED_FOR;
     match answer {
         Ok(CalledOff::Cancelled) => (end(order, true, now), Some(FleetDroneState::Available)),
+        // Nobody has said that it was ever taken on.
+        Ok(CalledOff::Unknown) if order.delivery.status == DeliveryStatus::Created => {
+            (end(order, true, now), Some(FleetDroneState::Available))
+        }
         Ok(CalledOff::Departed) => {
             order.dispatch.asking = Asking::Nothing;
             order.dispatch.is_called_off = false;
@@ -156,20 +161,22 @@ fn settle(
             order.delivery.reason = Some(DEPARTED.to_owned());
             (depart(order, now), None)
         }
-        Ok(CalledOff::Over) if order.delivery.status.is_final() => {
+        Ok(CalledOff::Over | CalledOff::Unknown) if order.delivery.status.is_final() => {
             order.dispatch.asking = Asking::Nothing;
             (false, None)
         }
         // It may have been flown to the door: no other drone is to fly it.
-        Ok(CalledOff::Over) if is_given_up => {
+        Ok(CalledOff::Over | CalledOff::Unknown) if is_given_up => {
             order.dispatch.is_called_off = false;
             order.dispatch.is_given_up = true;
             (end(order, false, now), Some(FleetDroneState::OutOfService))
         }
         // What became of it, the edge tells, and nothing else is done for it before.
-        Ok(CalledOff::Over) => {
+        Ok(over @ (CalledOff::Over | CalledOff::Unknown)) => {
             order.ask_again(now);
-            order.delivery.reason = Some(OVER.to_owned());
+            let is_forgotten = *over == CalledOff::Unknown;
+            let reason = if is_forgotten { FORGOTTEN } else { OVER };
+            order.delivery.reason = Some(reason.to_owned());
             (false, None)
         }
         Err(_) if is_given_up => (end(order, false, now), Some(FleetDroneState::OutOfService)),

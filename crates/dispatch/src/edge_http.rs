@@ -111,7 +111,7 @@ impl HttpEdges {
             Ok(_) => return Ok(CalledOff::Cancelled),
             // One whose request is on its way is refused when it comes.
             Err(EdgeError::Refused { code, .. }) if code == "not_found" => {
-                return Ok(CalledOff::Cancelled);
+                return Ok(CalledOff::Unknown);
             }
             Err(EdgeError::Refused { code, .. }) if code == "plan_state_conflict" => {}
             Err(other) => return Err(other),

@@ -158,12 +158,14 @@ impl ComposedFlight {
 /// What became of a flight that was to be called off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CalledOff {
-    /// It will not be flown: its plan is cancelled, or there never was one.
+    /// It will not be flown: its plan is cancelled.
     Cancelled,
     /// Its drone has departed: it goes on.
     Departed,
     /// It was over before.
     Over,
+    /// The edge has no such plan: it never had it, or knows no more what became of it.
+    Unknown,
 }
 
 /// A client of edges.

@@ -163,7 +163,7 @@ impl Dispatch {
             .await?;
         Ok(
             match self.edges.call_off(&edge, &allocation.plan_id).await {
-                Ok(CalledOff::Cancelled) => answer,
+                Ok(CalledOff::Cancelled | CalledOff::Unknown) => answer,
                 Ok(CalledOff::Departed | CalledOff::Over) => Err(EdgeError::NotAnswered {
                     detail: "its drone has departed".to_owned(),
                 }),

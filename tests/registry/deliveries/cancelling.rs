@@ -110,6 +110,26 @@ async fn while_the_edge_is_silent_it_is_being_called_off() {
     assert_eq!(world.drone("swift:0").await, ("available".to_owned(), None));
 }
 
+/// Its drone may be under way with the parcel.
+#[tokio::test]
+async fn a_flight_that_its_edge_has_forgotten_is_not_taken_for_called_off() {
+    let world = World::with_drones(&["depot"]).await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    world.edge.forget();
+    let waiting = world.dispatch.cancel_delivery(&customer("shop"), &id).await;
+    let waiting = waiting.expect("being called off");
+    assert_eq!(waiting.status, DeliveryStatus::Assigned);
+    let reason = waiting.reason.unwrap_or_default();
+    assert!(reason.contains("may have been flown"), "{reason}");
+    assert_eq!(world.drone("swift:0").await.0, "assigned");
+    world.pass(24 * 3_600);
+    world.assign().await;
+    assert_eq!(world.status(&id).await, DeliveryStatus::Failed);
+    let drone = world.drone("swift:0").await;
+    assert_eq!(drone, ("out_of_service".to_owned(), None));
+}
+
 #[tokio::test]
 async fn an_edge_that_ends_it_first_and_an_order_called_off_agree() {
     let world = World::with_drones(&["depot"]).await;

@@ -90,6 +90,11 @@ impl MadeUpEdge {
         self.there(|there| there.plans.clone())
     }
 
+    /// It loses its store.
+    pub(crate) fn forget(&self) {
+        self.there(|there| there.plans.clear());
+    }
+
     /// A drone departs, or its flight ends.
     pub(crate) fn set(&self, plan: &str, state: PlanState, ended_as: Option<EndedAs>) {
         self.there(|there| {
@@ -121,7 +126,7 @@ impl MadeUpEdge {
                 return Err(silent());
             }
             let Some(plan) = there.plans.get_mut(id) else {
-                return Ok(CalledOff::Cancelled);
+                return Ok(CalledOff::Unknown);
             };
             match (plan.state, plan.ended_as) {
                 (PlanState::Accepted, _) => {
