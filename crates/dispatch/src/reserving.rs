@@ -280,6 +280,8 @@ fn lateness(order: &Order, flight: &ComposedFlight) -> Option<String> {
 
 fn refused(order: &mut Order, code: &str, detail: &str, now: Timestamp) -> Settled {
     let drone = order.drone_id().unwrap_or_default().to_owned();
+    let delivery = &order.delivery.id;
+    tracing::info!(delivery, code, detail, "an edge refuses a flight");
     order.dispatch.pass_over(&drone, now);
     order.release();
     order.dispatch.failures += 1;
@@ -288,7 +290,12 @@ fn refused(order: &mut Order, code: &str, detail: &str, now: Timestamp) -> Settl
         let pause = pause_ms(in_a_row);
         order.dispatch.next_look_ms = now.as_millisecond().saturating_add(pause);
     }
-    order.delivery.reason = Some(format!("drone '{drone}' cannot fly it: {detail} ({code})"));
+    // The edge names the other flight, which is no business of this customer's.
+    let told = match code {
+        "plan_state_conflict" => "its edge has another flight for it",
+        _ => detail,
+    };
+    order.delivery.reason = Some(format!("drone '{drone}' cannot fly it: {told} ({code})"));
     Settled {
         is_told: false,
         drone: DroneThen::Free,

@@ -213,6 +213,20 @@ async fn a_flight_that_would_come_too_late_is_called_off_for_another_drone() {
 }
 
 #[tokio::test]
+async fn nobody_is_told_of_another_flight_of_a_drone() {
+    let world = World::with_drones(&["depot"]).await;
+    let flown = world.order("shop", "door").await;
+    world.assign().await;
+    // The registry takes it for free, and its edge knows better.
+    world.put_drone("swift:0", "depot").await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    let reason = world.reason(&id).await;
+    assert!(reason.contains("plan_state_conflict"), "{reason}");
+    assert!(!reason.contains(&flown), "{reason}");
+}
+
+#[tokio::test]
 async fn an_order_for_later_gets_its_drone_shortly_before() {
     let world = World::with_drones(&["depot"]).await;
     let mut order = errand("shop", "door");

@@ -161,12 +161,11 @@ impl There {
         if self.refused.contains(drone) {
             return Err(refused("no_route", "no open way leads there"));
         }
-        let mut plans = self.plans.values();
-        if plans.any(|plan| plan.drone == *drone && plan.is_active()) {
-            return Err(refused(
-                "plan_state_conflict",
-                "the drone flies another plan",
-            ));
+        let mut plans = self.plans.iter();
+        let is_other = |plan: &PlanThere| plan.drone == *drone && plan.is_active();
+        if let Some((other, _)) = plans.find(|(_, plan)| is_other(plan)) {
+            let detail = format!("drone '{drone}' flies plan '{other}' already");
+            return Err(refused("plan_state_conflict", &detail));
         }
         let flight = composed(request);
         let plan = PlanThere {
