@@ -13,6 +13,7 @@ cases! {
     a_document_is_kept_in_its_newest_version,
     of_commits_on_one_version_one_is_done,
     an_answer_is_kept_with_its_commit,
+    answers_about_what_is_not_to_be_told_are_dropped,
     documents_come_in_pages,
     messages::come_in_order,
     messages::are_settled_on_what_was_seen,
@@ -227,6 +228,46 @@ async fn an_answer_is_kept_with_its_commit(open: Open) {
         ..key
     };
     done(&*store, &ordering("e", other_subject)).await;
+    store.close().await;
+}
+
+async fn answers_about_what_is_not_to_be_told_are_dropped(open: Open) {
+    let store = open().await;
+    for id in ["d", "e", "f"] {
+        let reply = KeptReply {
+            created: true,
+            etag: None,
+            id: id.to_owned(),
+            body: "{}".to_owned(),
+        };
+        let key = ReplyKey {
+            subject: "shop/desk".to_owned(),
+            key: format!("k-{id}"),
+            fingerprint: "f".to_owned(),
+            at_ms: 7,
+        };
+        let ordering = Commit {
+            reply: Some((key, reply)),
+            ..putting(delivery(id, 1))
+        };
+        done(&*store, &ordering).await;
+    }
+    let dropping = |document: Document| Commit {
+        untold: vec!["d".to_owned(), "f".to_owned(), "g".to_owned()],
+        ..putting(document)
+    };
+    // A commit that is not done drops nothing.
+    let moved = store.commit(&dropping(delivery("d", 3))).await;
+    assert_eq!(moved, Ok(Committed::Moved));
+    let is_kept = async |id: &str| {
+        let kept = store.kept_reply("shop/desk", &format!("k-{id}")).await;
+        kept.expect("answers").is_some()
+    };
+    assert!(is_kept("d").await);
+    done(&*store, &dropping(delivery("d", 2))).await;
+    for (id, kept) in [("d", false), ("e", true), ("f", false)] {
+        assert_eq!(is_kept(id).await, kept, "{id}");
+    }
     store.close().await;
 }
 

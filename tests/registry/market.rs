@@ -5,6 +5,7 @@ use crate::harness::{Place, Served, Told};
 use serde_json::{Value, json};
 use skyway::registry::Settings;
 use skyway::registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
+use skyway::registry::store::{KeptReply, ReplyKey};
 /// The time of the registry.
 pub(crate) const NOW_MS: i64 = 1_795_802_400_000;
 
@@ -338,6 +339,28 @@ async fn keep_quote(served: &Served, id: &str, tenant: &str, party: &str) {
     assert_eq!(committed, Ok(Committed::Done));
 }
 
+/// Keeps what the order of a delivery was answered.
+async fn keep_answer(served: &Served, id: &str) {
+    let key = ReplyKey {
+        subject: "shop/desk".to_owned(),
+        key: "basket".to_owned(),
+        fingerprint: "f".to_owned(),
+        at_ms: NOW_MS,
+    };
+    let reply = KeptReply {
+        created: true,
+        etag: None,
+        id: id.to_owned(),
+        body: json!({"id": id, "reference": "order of Ada"}).to_string(),
+    };
+    let commit = Commit {
+        reply: Some((key, reply)),
+        ..Commit::default()
+    };
+    let committed = served.registry.documents().commit(&commit).await;
+    assert_eq!(committed, Ok(Committed::Done));
+}
+
 #[tokio::test]
 async fn what_is_kept_of_a_customer_is_told_and_deleted() {
     let place = Place::new();
@@ -355,6 +378,7 @@ async fn what_is_kept_of_a_customer_is_told_and_deleted() {
         "proof": {"at": "2026-11-27T17:30:00Z", "photo": "ada.jpg", "code": "1234"},
     });
     delivery(&served, "d1", "delivered", over).await;
+    keep_answer(&served, "d1").await;
     // Its own, and one for another customer of a provider with its id.
     let quotes = [("q1", "shop", "acme"), ("q2", "baker", "shop")];
     for (id, tenant, party) in quotes {
@@ -392,6 +416,8 @@ async fn what_is_kept_of_a_customer_is_told_and_deleted() {
     let left = &told.json()["deliveries"][0];
     assert_eq!(left["price"]["amount"], "7.50", "accounts are kept");
     let documents = served.registry.documents();
+    let answered = documents.kept_reply("shop/desk", "basket").await;
+    assert_eq!(answered, Ok(None));
     for (id, tenant, _) in quotes {
         let quote = documents.document(DocumentKind::Quote, id).await;
         assert_eq!(quote.expect("a store").is_some(), tenant != "shop", "{id}");

@@ -210,6 +210,8 @@ pub struct Commit {
     pub news: Option<NewsMark>,
     /// Under which key its answer is kept, and the answer.
     pub reply: Option<(ReplyKey, KeptReply)>,
+    /// Ids of what no kept answer is to tell any more.
+    pub untold: Vec<String>,
 }
 
 /// What became of a commit.

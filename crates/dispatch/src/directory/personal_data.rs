@@ -1,6 +1,7 @@
 //! All that is kept of a customer: told to it, and deleted when it wants that.
 //!
-//! Deleted are the customer, its quotes and webhooks, and the recipients of its parcels; of its deliveries what could name a person.
+//! Deleted are the customer, its quotes and webhooks, the recipients of its parcels, and what was answered to its orders; of its
+//! deliveries what could name a person.
 //! The deliveries themselves stay, as its providers' accounts need them.
 
 use super::{DECISIONS, etag};
@@ -154,12 +155,16 @@ impl Dispatch {
     async fn strip_deliveries(&self, customer: &str) -> Result<(), Refusal> {
         let mut pages = Pages::of(DocumentKind::Delivery, customer);
         while let Some(page) = pages.next(self).await? {
+            let mut commit = Commit::default();
             for document in page
                 .into_iter()
                 .filter(|delivery| delivery.tenant == customer)
             {
+                commit.untold.push(document.id.clone());
                 self.strip(document).await?;
             }
+            // What was answered to an order has its reference, too.
+            self.documents.commit(&commit).await?;
         }
         Ok(())
     }

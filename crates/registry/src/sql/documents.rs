@@ -236,6 +236,7 @@ pub(super) async fn commit(
     put(connection, &commit.puts).await?;
     messages::insert(connection, &commit.messages).await?;
     history::insert_failures(connection, &commit.failures).await?;
+    upkeep::drop_replies(connection, &commit.untold).await?;
     if let Some((key, reply)) = &commit.reply {
         upkeep::keep_reply(connection, key, reply).await?;
     }

@@ -1,10 +1,10 @@
 //! What is asked of the database beside the log: kept answers, compaction, and who follows.
 
-use super::{Connection, trouble};
-use crate::sql::{Trouble, signed, unsigned};
+use super::{Connection, Database, trouble};
+use crate::sql::{ROWS_AT_ONCE, Trouble, signed, unsigned};
 use crate::store::{Compaction, EdgeHeard, KeptReply, ReplyKey, StoreError};
 use skyway_contract::LoggedChange;
-use sqlx::Row as _;
+use sqlx::{QueryBuilder, Row as _};
 use tokio_stream::StreamExt;
 
 /// What was answered under a key, and the fingerprint of the request.
@@ -51,6 +51,25 @@ pub(super) async fn keep_reply(
         .bind(&reply.id)
         .bind(&reply.body);
     done.execute(connection).await.map_err(trouble)?;
+    Ok(())
+}
+
+/// Drops answers that tell of some objects.
+pub(super) async fn drop_replies(
+    connection: &mut Connection,
+    objects: &[String],
+) -> Result<(), Trouble> {
+    for some in objects.chunks(ROWS_AT_ONCE) {
+        let mut statement =
+            QueryBuilder::<Database>::new("DELETE FROM replies WHERE object_id IN (");
+        let mut ids = statement.separated(", ");
+        for id in some {
+            ids.push_bind(id.clone());
+        }
+        statement.push(")");
+        let done = statement.build().persistent(false);
+        done.execute(&mut *connection).await.map_err(trouble)?;
+    }
     Ok(())
 }
 
