@@ -313,6 +313,26 @@ async fn what_an_open_delivery_needs_stays() {
     served.end().await;
 }
 
+#[tokio::test]
+async fn data_are_deleted_in_the_version_of_the_customer_that_is_named() {
+    let place = Place::new();
+    let served = served(&place).await;
+    let (customer, data) = ("/v1/customers/shop", "/v1/customers/shop/data");
+    let stale = delete(&served, data, "\"1-1\"").await;
+    stale.refuses(412, "precondition_failed");
+    let made = put(&served, customer, None, &json!({"name": "Shop"})).await;
+    let stale = delete(&served, data, "\"1-1\"").await;
+    assert_eq!(
+        stale.refuses(412, "precondition_failed").etag(),
+        made.etag()
+    );
+    delete(&served, data, &made.etag()).await.is(204);
+    let gone = delete(&served, data, &made.etag()).await;
+    gone.refuses(412, "precondition_failed");
+    served.ask(&format!("DELETE {data}"), &[], "").await.is(204);
+    served.end().await;
+}
+
 async fn keep_quote(served: &Served, id: &str, tenant: &str, party: &str) {
     let quote = Document {
         kind: DocumentKind::Quote,

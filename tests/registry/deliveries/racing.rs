@@ -2,7 +2,7 @@
 
 use super::world::{EDGE, NETWORK, World, customer};
 use skyway::network::Seeded;
-use skyway::wire::{DeliveryStatus, EndedAs, FlightNews, PlanState};
+use skyway::wire::{Customer, DeliveryStatus, EndedAs, FlightNews, PlanState};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Worlds per run; `SKYWAY_CASES` multiplies them.
@@ -137,6 +137,39 @@ fn drawn_news(seeded: &mut Seeded, like: &FlightNews) -> FlightNews {
         holds: below(seeded, 3) == 0,
         landed_on: Some(drawn(seeded, &["depot", "shop", "roof"]).to_owned()),
         ..like.clone()
+    }
+}
+
+/// A customer is changed and its data are deleted at the same time, both in the version that was seen: one is done.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn data_are_deleted_in_no_other_version_than_that_which_was_seen() {
+    for seed in 0..worlds() {
+        let world = World::with_drones(&[]).await;
+        let another = world.another().await;
+        let shop = customer("shop");
+        for round in 0..5 {
+            let draft = Customer {
+                id: None,
+                name: format!("Shop {round}"),
+                contact: None,
+            };
+            let made = world.dispatch.put_entry(&shop, "shop", &draft, None).await;
+            let tag = made.expect("a customer").etag;
+            let (dispatch, caller, seen) = (another.dispatch.clone(), shop.clone(), tag.clone());
+            let deleted = tokio::spawn(async move {
+                let deleted = dispatch.delete_customer_data(&caller, "shop", Some(seen));
+                deleted.await
+            });
+            let changed = world
+                .dispatch
+                .put_entry(&shop, "shop", &draft, Some(tag))
+                .await;
+            let deleted = deleted.await.expect("no panic");
+            let done = (changed.is_ok(), deleted.is_ok());
+            assert!(done.0 != done.1, "seed {seed}: {done:?}");
+            let rest = world.dispatch.delete_customer_data(&shop, "shop", None);
+            rest.await.expect("the store answers");
+        }
     }
 }
 

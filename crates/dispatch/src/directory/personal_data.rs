@@ -119,13 +119,9 @@ impl Dispatch {
         if_match: Option<String>,
     ) -> Result<(), Refusal> {
         own(caller, id)?;
-        let kind = DocumentKind::Customer;
-        let customer = self.documents.document(kind, id).await?;
         // What was ordered may have to be deleted where nothing else is kept.
-        if let Some(customer) = &customer {
-            let expected = if_match.map_or(Expected::Anything, Expected::Tags);
-            expected.check(Some(&etag(customer)), kind.name(), id)?;
-        }
+        let expected = if_match.map_or(Expected::Anything, Expected::Tags);
+        self.expected_customer(id, &expected).await?;
         self.check_no_open_order(id).await?;
         self.strip_deliveries(id).await?;
         // That takes a while: who has ordered meanwhile keeps its recipient.
@@ -134,7 +130,6 @@ impl Dispatch {
             DocumentKind::Quote,
             DocumentKind::Recipient,
             DocumentKind::Webhook,
-            DocumentKind::Customer,
         ];
         for kind in kinds {
             let mut pages = Pages::of(kind, id);
@@ -149,7 +144,37 @@ impl Dispatch {
                 self.documents.commit(&commit).await?;
             }
         }
-        Ok(())
+        self.delete_customer(id, &expected).await
+    }
+
+    /// A customer in the version that is expected; none where none may be there.
+    async fn expected_customer(
+        &self,
+        id: &str,
+        expected: &Expected,
+    ) -> Result<Option<Document>, Refusal> {
+        let kind = DocumentKind::Customer;
+        let customer = self.documents.document(kind, id).await?;
+        let tag = customer.as_ref().map(etag);
+        expected.check(tag.as_deref(), kind.name(), id)?;
+        Ok(customer)
+    }
+
+    async fn delete_customer(&self, id: &str, expected: &Expected) -> Result<(), Refusal> {
+        for _ in 0..DECISIONS {
+            let Some(customer) = self.expected_customer(id, expected).await? else {
+                return Ok(());
+            };
+            let commit = Commit {
+                seen: vec![seen(&customer)],
+                deletes: vec![(customer.kind, customer.id)],
+                ..Commit::default()
+            };
+            if self.documents.commit(&commit).await? != Committed::Moved {
+                return Ok(());
+            }
+        }
+        Err(StoreError::Contended.into())
     }
 
     async fn strip_deliveries(&self, customer: &str) -> Result<(), Refusal> {
