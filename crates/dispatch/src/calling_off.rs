@@ -190,11 +190,14 @@ fn settle(
     }
 }
 
-/// An order that was being assigned when its drone departed is assigned: the news of its flight follow.
+/// An order that was being assigned when its drone departed is assigned: the news of its flight follow, and promise its arrival.
 fn depart(order: &mut Order, now: Timestamp) -> bool {
+    if order.delivery.status != DeliveryStatus::Created {
+        return false;
+    }
+    order.dispatch.flights += 1;
     let reason = order.delivery.reason.clone();
-    order.delivery.status == DeliveryStatus::Created
-        && order.set_status(DeliveryStatus::Assigned, reason, now, None)
+    order.set_status(DeliveryStatus::Assigned, reason, now, None)
 }
 
 /// Why an order was given up.

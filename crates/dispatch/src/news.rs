@@ -287,12 +287,6 @@ fn assign_first(order: &mut Order, flight: &FlightNews, at: Timestamp) -> bool {
         return false;
     }
     order.dispatch.flights += 1;
-    // The times that the edge's answer would have promised are these, as long as the drop is still to come.
-    let is_before_drop = is_under_way(flight) && flight.stops_served < flight.stops;
-    if is_before_drop && leads_to_drop(order, flight) {
-        let promised_at = &mut order.delivery.promised_at;
-        promised_at.get_or_insert_with(|| flight.expected_at.clone());
-    }
     order.set_status(DeliveryStatus::Assigned, None, at, Some(flight.version))
 }
 
@@ -332,6 +326,12 @@ fn apply(
     order.dispatch.is_given_up = false;
     if before.is_final() {
         return (standing, false);
+    }
+    // Where no answer of the edge has promised an arrival, these are its times, as long as the drop is still to come.
+    let is_before_drop = is_under_way(flight) && flight.stops_served < flight.stops;
+    if is_before_drop && leads_to_drop(order, flight) {
+        let promised_at = &mut order.delivery.promised_at;
+        promised_at.get_or_insert_with(|| flight.expected_at.clone());
     }
     // The drop comes next once the parcel is on board.
     let is_on_board = matches!(

@@ -1,6 +1,8 @@
 //! Edges that do not answer for long, and flights that were flown all the same.
 
 use super::world::{World, customer};
+use serde_json::Value;
+use skyway::registry::documents::DocumentKind;
 use skyway::wire::{DeliveryStatus, EndedAs, FlightNews, PlanState};
 
 const FLOWN: [&str; 5] = [
@@ -169,10 +171,25 @@ async fn what_departed_while_nobody_asked_flies_on() {
     world.pass(601);
     world.assign().await;
     world.assign().await;
-    assert_eq!(world.status(&id).await, DeliveryStatus::Assigned);
+    let assigned = world.delivery(&id).await;
+    assert_eq!(assigned.status, DeliveryStatus::Assigned);
+    assert_eq!(assigned.promised_at, None);
+    assert_eq!(flights(&world, &id).await, 1);
     let news = flown(&world, &id, &plan);
-    world.tell(1, &news).await;
+    world.tell(1, &news[..2]).await;
+    let promised_at = world.delivery(&id).await.promised_at;
+    assert_eq!(promised_at.as_ref(), Some(&news[1].expected_at));
+    world.tell(3, &news[2..]).await;
     assert_eq!(world.told(&id).await, FLOWN);
+    assert_eq!(flights(&world, &id).await, 1);
+}
+
+/// How many flights of an order were taken on.
+async fn flights(world: &World, id: &str) -> u64 {
+    let document = world.documents.document(DocumentKind::Delivery, id).await;
+    let body = document.expect("answers").expect("an order").body;
+    let body: Value = serde_json::from_str(&body).expect("JSON");
+    body["dispatch"]["flights"].as_u64().expect("a number")
 }
 
 #[tokio::test]
