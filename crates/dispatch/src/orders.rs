@@ -2,7 +2,7 @@
 
 use super::Dispatch;
 use super::offers::{Availability, Sellers, no_offer};
-use super::quotes::{ACCEPTED, accepted_times, forbidden};
+use super::quotes::{ACCEPTED, accepted_times, forbidden, note_customer};
 use super::records::{Kept, Order, Progress, absent, fresh, open_states, seen, text, timed_id};
 use super::views::{Eyes, view};
 use super::wanted::Stated;
@@ -14,7 +14,7 @@ use skyway_market::matching::Misfit;
 use skyway_registry::documents::{Commit, Committed, DocumentKind, Seen};
 use skyway_registry::store::{KeptReply, ReplyKey, StoreError};
 use skyway_registry::{Reply, WriteOptions};
-use skyway_service::access::{Caller, is_tenant};
+use skyway_service::access::Caller;
 use skyway_service::intake::Faults;
 use skyway_service::refusal::{Code, Refusal};
 
@@ -350,10 +350,7 @@ fn delivery(
 /// What can be judged of an order by itself.
 fn check_order(order: &DeliveryOrder, customer: &str) -> Result<(), Refusal> {
     let mut faults = Faults::default();
-    if !is_tenant(customer) {
-        let message = format!("'{customer}' is no name of a customer");
-        faults.add("id_invalid", "/customer", message, None);
-    }
+    note_customer(customer, &mut faults);
     let reference = order.reference.as_deref();
     faults.text("/reference", reference, REFERENCE_BYTES_MAX);
     if let Some(recipient) = &order.recipient {

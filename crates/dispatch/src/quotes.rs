@@ -11,7 +11,8 @@ use skyway_contract::{FleetDrone, FleetDroneState, Money, PublishedService, Quot
 use skyway_market::matching::{Misfit, SPEED_MPS};
 use skyway_market::tariff::{Carriage, price};
 use skyway_registry::documents::{Commit, Committed, Document, DocumentKind};
-use skyway_service::access::{Caller, Owners};
+use skyway_service::access::{Caller, Owners, is_tenant};
+use skyway_service::intake::Faults;
 use skyway_service::refusal::{Code, Refusal};
 
 /// How long a quote holds: as long as the edge's own.
@@ -31,7 +32,9 @@ impl Dispatch {
         caller: &Caller,
         mut request: QuoteRequest,
     ) -> Result<Quote, Refusal> {
-        let customer = caller.acts_for(None).ok_or_else(forbidden)?;
+        let customer = caller.acts_for(request.customer.as_deref());
+        let customer = customer.ok_or_else(forbidden)?.to_owned();
+        check_customer(&customer)?;
         let service = self.service_by_id(&request.service_id).await?;
         let mut wanted = self.wanted_of(&request, &service).await?;
         let mut sellers = Sellers::default();
@@ -67,7 +70,7 @@ impl Dispatch {
             id: timed_id("q", now)?,
             price: priced(&service, &wanted, &flight)?,
             request,
-            customer: customer.to_owned(),
+            customer,
             provider: drone.document.tenant.clone(),
             network: wanted.network.clone(),
             pickup_at: flight.pickup_at.to_string(),
@@ -241,6 +244,20 @@ fn priced(
     };
     price(&service.tariff, carriage)
         .map_err(|error| Refusal::new(Code::NoOffer, format!("the service has no price: {error}")))
+}
+
+fn check_customer(customer: &str) -> Result<(), Refusal> {
+    let mut faults = Faults::default();
+    note_customer(customer, &mut faults);
+    faults.check(Code::PlanInvalid, "request for a quote")
+}
+
+/// Notes where a customer that is stated can be none.
+pub(super) fn note_customer(customer: &str, faults: &mut Faults) {
+    if !is_tenant(customer) {
+        let message = format!("'{customer}' is no name of a customer");
+        faults.add("id_invalid", "/customer", message, None);
+    }
 }
 
 pub(super) fn forbidden() -> Refusal {

@@ -123,6 +123,7 @@ impl Order {
             payload_kg: self.payload_kg,
             start_time: search.start_time,
             arrive_by: search.arrive_by,
+            customer: None,
         };
         let quote: Quote = ask(remote, "/v1/quotes", None, &request).await?;
         output.note(&format!(

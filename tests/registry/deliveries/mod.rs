@@ -8,5 +8,6 @@ mod giving_up;
 mod holding;
 mod lateness;
 mod ordering;
+mod quoting;
 mod racing;
 mod world;

@@ -37,6 +37,7 @@ pub(super) fn quoted() -> QuoteRequest {
         payload_kg: 1.0,
         start_time: None,
         arrive_by: None,
+        customer: None,
     }
 }
 

@@ -124,6 +124,10 @@ pub struct QuoteRequest {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(format = DateTime)]
     pub arrive_by: Option<String>,
+    /// Who may accept it; the caller's own tenant where none is named, and only operators name another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_length = 64)]
+    pub customer: Option<String>,
 }
 
 /// An offer that holds: composed at an edge, with the wind, the pads and the traffic there.
