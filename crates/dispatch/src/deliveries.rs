@@ -142,6 +142,15 @@ fn check_proof(proof: &ProofOfDelivery) -> Result<(), Refusal> {
     faults.instant("/at", Some(&proof.at));
     faults.number("/lon", proof.lon, -180.0, 180.0);
     faults.number("/lat", proof.lat, -90.0, 90.0);
+    let missing = match (proof.lon, proof.lat) {
+        (Some(_), None) => Some("/lat"),
+        (None, Some(_)) => Some("/lon"),
+        _ => None,
+    };
+    if let Some(pointer) = missing {
+        let message = "a place has both longitude and latitude".to_owned();
+        faults.add("missing_field", pointer, message, None);
+    }
     faults.text("/photo", proof.photo.as_deref(), PHOTO_BYTES_MAX);
     faults.text("/code", proof.code.as_deref(), CODE_BYTES_MAX);
     faults.check(Code::BodyInvalid, "proof")
@@ -162,5 +171,32 @@ pub(super) fn may_call_off(caller: &Caller, order: &Order) -> bool {
         Role::Operator | Role::Anyone => true,
         Role::Customer | Role::Provider => *caller.tenant == *order.delivery.customer,
         Role::Drone | Role::Edge | Role::Metrics => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_of_a_proof_has_both_of_its_numbers() {
+        let places = [
+            (None, None, None),
+            (Some(151.0), Some(-33.0), None),
+            (Some(151.0), None, Some("/lat")),
+            (None, Some(-33.0), Some("/lon")),
+        ];
+        for (lon, lat, missing) in places {
+            let proof = ProofOfDelivery {
+                at: "2026-11-27T18:00:00Z".to_owned(),
+                lon,
+                lat,
+                photo: None,
+                code: None,
+            };
+            let refused = check_proof(&proof).err();
+            let pointers = refused.map(|refusal| refusal.faults[0].pointer.clone());
+            assert_eq!(pointers.as_deref(), missing, "{lon:?} {lat:?}");
+        }
     }
 }
