@@ -21,6 +21,11 @@ const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 /// What stands for standard input or output.
 const STANDARD_STREAM: &str = "-";
 
+/// True for the name of standard input or output.
+pub(super) fn is_standard_stream(path: &Path) -> bool {
+    path.as_os_str() == STANDARD_STREAM
+}
+
 /// Reads a whole file as text.
 pub(super) fn read_text(path: &Path) -> Result<String, Stop> {
     text_of(path, read_bytes(path)?)
@@ -56,7 +61,7 @@ pub(super) fn text_of(path: &Path, bytes: Vec<u8>) -> Result<String, Stop> {
 
 /// Opens a file to read it piece by piece, without the byte order mark that it may begin with.
 pub(super) fn open(path: &Path) -> Result<Box<dyn BufRead>, Stop> {
-    let mut raw: Box<dyn BufRead> = if path.as_os_str() == STANDARD_STREAM {
+    let mut raw: Box<dyn BufRead> = if is_standard_stream(path) {
         standard_input()
     } else {
         open_file(path).map_err(|error| cannot_read(path, &error))?
@@ -99,7 +104,7 @@ pub(super) fn write_text(path: &Path, text: &str, output: &Output) -> Result<(),
 
 /// Writes a whole file, or standard output.
 pub(super) fn write_bytes(path: &Path, bytes: &[u8], output: &Output) -> Result<(), Stop> {
-    if path.as_os_str() == STANDARD_STREAM {
+    if is_standard_stream(path) {
         return output.raw(bytes);
     }
     let is_compressed = path.extension().is_some_and(|ending| ending == "gz");

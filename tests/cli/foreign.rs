@@ -254,3 +254,13 @@ fn a_kmz_is_called_a_zip_to_unpack() {
         );
     }
 }
+
+/// Under one name the second feed would lift the zones of the first.
+#[test]
+fn a_feed_from_standard_input_has_to_be_named() {
+    let nowhere = ["--edge", "http://127.0.0.1:9", "--quiet"];
+    let import = [&["zone", "import", "-"][..], &nowhere].concat();
+    let run = skyway(&import).exits(2);
+    assert!(run.stderr.contains("--feed"), "{run:?}");
+    skyway(&[&import[..], &["--feed", "fence"]].concat()).exits(4);
+}

@@ -64,6 +64,11 @@ pub(in crate::cli) struct Import {
 
 impl Import {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
+        // Under a name that they share, two feeds would lift each other's zones.
+        if !self.check && self.feed.is_none() && files::is_standard_stream(&self.file) {
+            let problem = "standard input has no name; name the feed with --feed";
+            return Err(Stop::Usage(problem.to_owned()));
+        }
         let text = files::read_text(&self.file)?;
         if self.check {
             return check(self, &text, output);
