@@ -242,3 +242,19 @@ fn a_network_of_ones_own_is_evaluated_alone() {
     evaluate(&desk, &["--fresh"]).exits(0);
     assert!(!desk.list("run/rows").contains(&expected[0].to_owned()));
 }
+
+/// Others have folders of these names, too.
+#[test]
+fn what_no_run_left_is_not_removed() {
+    let desk = Workspace::new();
+    desk.write("report.html", "ours");
+    let begin_anew = || {
+        let folder = desk.path("");
+        skyway(&["evaluate", "--quick", "--fresh", "--out", &folder]).exits(1)
+    };
+    let refused = begin_anew();
+    assert!(refused.stderr.contains("beside report.html"), "{refused:?}");
+    desk.write("settings.json", r#"{"colour": "blue", "seed": "1"}"#);
+    begin_anew();
+    assert_eq!(desk.read("report.html"), "ours");
+}

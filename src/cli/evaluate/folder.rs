@@ -13,16 +13,18 @@ use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
 const SETTINGS: &str = "settings.json";
-/// All that a run leaves in its folder.
+/// All that a run leaves in its folder. Its settings go last: they say that the rest is a run's.
 const CONTENTS: [&str; 7] = [
-    SETTINGS,
     "rows",
     "figures",
     "summary.csv",
     "run.json",
     "report.html",
     "findings.md",
+    SETTINGS,
 ];
+/// Settings that runs of every version have.
+const SETTINGS_OF_ANY_RUN: [&str; 3] = ["version", "commit", "seed"];
 
 /// The folder of a run.
 #[derive(Debug)]
@@ -41,6 +43,7 @@ impl Folder {
             root: root.to_owned(),
         };
         if fresh {
+            folder.check_that_a_run_left_it()?;
             for name in CONTENTS {
                 files::remove(&folder.path(name))?;
             }
@@ -62,6 +65,28 @@ impl Folder {
         Ok(folder)
     }
 
+    /// Only what a run left may be removed: others have folders of the same names.
+    fn check_that_a_run_left_it(&self) -> Result<(), Stop> {
+        let is_there = |name: &&&str| files::is_there(&self.path(name));
+        let Some(found) = CONTENTS.iter().find(is_there) else {
+            return Ok(());
+        };
+        let settings = self.path(SETTINGS);
+        if files::exists(&settings) {
+            let held = settings_of(&files::read_text(&settings)?).unwrap_or_default();
+            if SETTINGS_OF_ANY_RUN
+                .iter()
+                .all(|&name| held.contains_key(name))
+            {
+                return Ok(());
+            }
+        }
+        Err(Stop::failed(format!(
+            "--fresh removes what a run left, and {} has no {SETTINGS} of a run beside {found}; name another folder with --out",
+            self.root.display()
+        )))
+    }
+
     fn check(&self, text: &str, identity: &[(String, String)]) -> Result<(), Stop> {
         let refused = |what: String| {
             let root = self.root.display();
@@ -69,7 +94,7 @@ impl Folder {
                 "{root} holds another run: {what}; begin anew with --fresh, or name another folder with --out"
             ))
         };
-        let Ok(Value::Object(settings)) = serde_json::from_str::<Value>(text) else {
+        let Some(settings) = settings_of(text) else {
             return Err(refused(format!("its {SETTINGS} is not that of a run")));
         };
         for (name, value) in identity {
@@ -144,6 +169,11 @@ impl Folder {
         }
         Ok(())
     }
+}
+
+/// What a file says of its run; nothing where it is no object.
+fn settings_of(text: &str) -> Option<Map<String, Value>> {
+    serde_json::from_str(text).ok()
 }
 
 /// What tells the networks of a design apart from others: a fingerprint of their texts.
