@@ -3,7 +3,7 @@
 use super::files;
 use super::stop::Stop;
 use crate::wire::Problem;
-use reqwest::header::{ETAG, IF_MATCH};
+use reqwest::header::{CONTENT_TYPE, ETAG, IF_MATCH};
 use reqwest::{RequestBuilder, Response, StatusCode};
 use std::path::Path;
 use std::time::Duration;
@@ -13,6 +13,8 @@ pub(super) const START_OR_NAME: &str =
     "start an edge with skyway edge, name another one with --edge";
 /// The media type of most bodies.
 pub(super) const JSON: &str = "application/json";
+/// That of server-sent events.
+const EVENTS: &str = "text/event-stream";
 /// How long the edge may take for an answer.
 const PATIENCE: Duration = Duration::from_secs(30);
 /// The largest answer that is read, in bytes: a network of a million segments fits.
@@ -135,11 +137,19 @@ impl Remote {
     pub(super) async fn events(&self, path: &str) -> Result<EventStream, Stop> {
         let url = format!("{}{path}", self.base);
         let request = self.client.get(&url).timeout(STREAM_WITHIN);
-        let request = request.header("accept", "text/event-stream");
+        let request = request.header("accept", EVENTS);
         let response = self.send(&url, request).await?;
         if !response.status().is_success() {
             self.body(&url, response).await?;
             return Err(Stop::failed(format!("{url} answers without events")));
+        }
+        let content_type = response.headers().get(CONTENT_TYPE);
+        let content_type = content_type.and_then(|stated| stated.to_str().ok());
+        let content_type = content_type.unwrap_or("no content type");
+        if !content_type.starts_with(EVENTS) {
+            return Err(Stop::failed(format!(
+                "{url} answers with {content_type}, not with {EVENTS}"
+            )));
         }
         Ok(EventStream {
             response,

@@ -10,7 +10,7 @@ use clap::Args;
 use serde_json::Value;
 use std::time::Duration;
 
-/// How often in a row a stream that ended early is begun again.
+/// How often in a row a stream that told nothing is begun again.
 const ATTEMPTS: u32 = 10;
 /// And after which time.
 const AGAIN_AFTER: Duration = Duration::from_secs(1);
@@ -63,8 +63,9 @@ impl Track {
                 }
                 Err(stop) => return Err(stop),
             };
+            let mut is_silent = true;
             while let Some(data) = events.next().await {
-                failed = 0;
+                (failed, is_silent) = (0, false);
                 let track: DeliveryTrack = serde_json::from_str(&data).map_err(|error| {
                     Stop::failed(format!("the registry's event cannot be read: {error}"))
                 })?;
@@ -77,6 +78,15 @@ impl Track {
                 if track.status.is_final() {
                     return Ok(track.status);
                 }
+            }
+            if is_silent {
+                // A stream begins with what is known, so that one without an event is none of a registry.
+                let message = format!("{path} ended without an event");
+                if failed == ATTEMPTS {
+                    return Err(Stop::failed(message));
+                }
+                failed += 1;
+                output.warn(&message);
             }
             tokio::time::sleep(AGAIN_AFTER).await;
         }
