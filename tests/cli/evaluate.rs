@@ -223,6 +223,9 @@ fn a_network_of_ones_own_is_evaluated_alone() {
         "network", "generate", "--nodes", "60", "--reach", "0.4", "-o", &town,
     ])
     .exits(0);
+    let generated = ["--network", &town, "--figure", "time-by-size"];
+    let refused = evaluate(&desk, &generated).exits(2);
+    assert!(refused.stderr.contains("sydney-time"), "{refused:?}");
     evaluate(&desk, &["--network", &town]).exits(0);
     let expected = [
         "network-town.csv",

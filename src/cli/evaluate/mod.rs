@@ -86,6 +86,7 @@ impl Evaluate {
     pub(super) fn run(&self, output: &Output) -> Result<Verdict, Stop> {
         let plans = self.figure_plans()?;
         let design = self.design(output)?;
+        self.check_that_plots_have_networks(&plans, &design)?;
         let provenance = provenance::told(self)?;
         let folder = Folder::open(
             &self.out,
@@ -131,6 +132,27 @@ impl Evaluate {
         let mut chosen = all;
         chosen.retain(|plan| self.figure.iter().any(|asked| is_meant(plan, asked)));
         Ok(chosen)
+    }
+
+    /// A plot that is asked for needs a network to show.
+    fn check_that_plots_have_networks(
+        &self,
+        plans: &[FigurePlan],
+        design: &Design,
+    ) -> Result<(), Stop> {
+        let has_network = |plan: &FigurePlan| design.cells.iter().any(|cell| plan.needs(cell));
+        let empty = plans.iter().find(|plan| !has_network(plan));
+        let Some(empty) = empty.filter(|_| !self.figure.is_empty()) else {
+            return Ok(());
+        };
+        let all = figure_plans();
+        let possible = all.iter().filter(|plan| has_network(plan));
+        let slugs: Vec<&str> = possible.map(FigurePlan::slug).collect();
+        Err(Stop::Usage(format!(
+            "--figure {} shows generated networks, and none of --network; of that there are {}",
+            empty.slug(),
+            slugs.join(", ")
+        )))
     }
 
     fn design(&self, output: &Output) -> Result<Design, Stop> {

@@ -211,6 +211,7 @@ pub(super) fn tables_that_pay(cells: &Cells) -> Note {
             number(least),
             number(most)
         ),
+        _ if rows.is_empty() => "When a table of exact pays was not measured.".to_owned(),
         _ => "Against two-phased the table of exact never pays.".to_owned(),
     };
     Note {
@@ -229,5 +230,16 @@ pub(super) fn tables_that_pay(cells: &Cells) -> Note {
             ],
             rows,
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_that_was_not_measured_is_not_said_never_to_pay() {
+        let note = tables_that_pay(&Cells::default());
+        assert!(note.text.contains("was not measured"), "{}", note.text);
     }
 }
