@@ -242,6 +242,12 @@ fn a_network_of_ones_own_is_evaluated_alone() {
         assert_eq!(claim["holds"], "not_measured", "{claim}");
     }
     evaluate(&desk, &[]).exits(1);
+    let mut settings: Value = serde_json::from_str(&desk.read("run/settings.json")).expect("JSON");
+    settings["machine"] = Value::from("an abacus");
+    desk.write("run/settings.json", settings.to_string());
+    let elsewhere = evaluate(&desk, &["--network", &town]).exits(1);
+    let told = "its machine is an abacus, not ";
+    assert!(elsewhere.stderr.contains(told), "{elsewhere:?}");
     evaluate(&desk, &["--fresh"]).exits(0);
     assert!(!desk.list("run/rows").contains(&expected[0].to_owned()));
 }

@@ -10,7 +10,7 @@ mod provenance;
 use super::network_source;
 use super::output::{Align, Output, titled_table};
 use super::stop::{Stop, Verdict};
-use crate::evaluate::record::{Claim, Figure, Reading, Run, Unit, Verdict as Holds};
+use crate::evaluate::record::{Claim, Figure, Provenance, Reading, Run, Unit, Verdict as Holds};
 use crate::evaluate::{
     CellPlan, Cells, Design, FigurePlan, Judged, Placing, Repetitions, Survey, agreement,
     claim_plans, figure_plans, judge, notes, report, write_summary,
@@ -90,7 +90,7 @@ impl Evaluate {
         let provenance = provenance::told(self)?;
         let folder = Folder::open(
             &self.out,
-            &self.identity(&design, &provenance.commit),
+            &self.identity(&design, &provenance),
             self.fresh,
         )?;
         let pool = self.pool()?;
@@ -238,7 +238,7 @@ impl Evaluate {
         &self,
         cells: &Cells,
         plans: &[FigurePlan],
-        mut provenance: crate::evaluate::record::Provenance,
+        mut provenance: Provenance,
     ) -> Run {
         let seed = self.seed;
         let figures: Vec<Option<Figure>> = plans
@@ -302,15 +302,17 @@ impl Evaluate {
     }
 
     /// What two runs must have in common to share a folder.
-    fn identity(&self, design: &Design, commit: &str) -> Vec<(String, String)> {
+    fn identity(&self, design: &Design, provenance: &Provenance) -> Vec<(String, String)> {
         let repetitions = self.repetitions();
         let failures = design.cells.first().map_or(0, |cell| cell.failures);
         let named = |name: &str, value: String| (name.to_owned(), value);
         let network = self.network.as_ref().map(|_| folder::fingerprint(design));
         vec![
             named("version", env!("CARGO_PKG_VERSION").to_owned()),
-            named("commit", commit.to_owned()),
+            named("commit", provenance.commit.clone()),
             named("profile", env!("SKYWAY_PROFILE").to_owned()),
+            // Times of two machines are not those of one run.
+            named("machine", provenance.machine.clone()),
             named("seed", self.seed.to_string()),
             named("quick", self.quick.to_string()),
             named("failures", failures.to_string()),
