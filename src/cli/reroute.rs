@@ -29,7 +29,7 @@ Examples:
   skyway reroute --service 379,406 --destination 450 --battery 0.4 --payload-kg 0.5 --wind 270/5
   skyway reroute --requests reports.ndjson > answers.ndjson
 
-Any outcome exits with 0, no_route too. With --requests each line is the body of POST /v1/failures, \
+Any outcome exits with 0, no_route too, unless there is no plan to write to a file that is asked for. With --requests each line is the body of POST /v1/failures, \
 and may have `close`: a list of node ids, and of [A, B] for segments, closed before the failure. \
 Answers come in the same order, one to a line; a line that is no failure report gives its id and a \
 problem in its place, and the exit code is 1 at the end.";

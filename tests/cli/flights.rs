@@ -326,6 +326,33 @@ fn pictures_show_battery_stops_and_wind() {
     assert!(desk.read("answer.svg").contains("failed leg"));
 }
 
+/// An older file of that name would pass for the plan.
+#[test]
+fn a_file_that_has_no_plan_is_named_and_fails() {
+    let desk = Workspace::new();
+    let [plan, picture] = ["plan.json", "plan.svg"].map(|name| desk.path(name));
+    let files = ["--certificate", &plan, "--svg", &picture];
+    let fails = |question: &[&str]| {
+        let run = skyway(&[question, &files].concat()).exits(1);
+        assert!(run.stdout.contains("no route"), "{run:?}");
+        for file in [&plan, &picture] {
+            assert!(run.stderr.contains(file.as_str()), "{run:?}");
+        }
+    };
+    let heavy = ["--destination", "37", "--payload-kg", "3"];
+    fails(&[&["compose"][..], &CORRIDOR, &heavy].concat());
+    let failure = ["--network=corridor", "--service=33,35", "--destination=37"];
+    let empty = [
+        "--type",
+        "operational",
+        "--location",
+        "35",
+        "--battery",
+        "0.05",
+    ];
+    fails(&[&["reroute"][..], &failure, &empty].concat());
+}
+
 #[test]
 fn flights_that_make_no_sense_are_refused_with_what_to_write() {
     let refused = |rest: &[&str]| {

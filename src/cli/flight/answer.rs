@@ -40,7 +40,7 @@ pub(in crate::cli) fn answer(
         false => print(flight, &answer, output)?,
     }
     let Some(composition) = &answer.composition else {
-        return Ok(());
+        return wanted.without_plan();
     };
     if let Some(file) = wanted.certificate {
         flight.write_certificate(file, composition, output)?;

@@ -22,6 +22,21 @@ pub(in crate::cli) struct Wanted<'a> {
     pub(in crate::cli) svg: Option<&'a Path>,
 }
 
+impl Wanted<'_> {
+    /// Without a plan no file is written: those that are asked for are named, as older ones may be there.
+    pub(super) fn without_plan(&self) -> Result<(), Stop> {
+        let files = [self.certificate, self.svg].into_iter().flatten();
+        let files: Vec<String> = files.map(|file| file.display().to_string()).collect();
+        match files.is_empty() {
+            true => Ok(()),
+            false => Err(Stop::failed(format!(
+                "no route: there is no plan to write to {}",
+                files.join(" and ")
+            ))),
+        }
+    }
+}
+
 /// Composes a delivery and tells the plan.
 pub(in crate::cli) fn compose(
     flight: &Flight,
@@ -80,7 +95,7 @@ pub(in crate::cli) fn compose(
         }
     }
     let Ok(composition) = composed else {
-        return Ok(());
+        return wanted.without_plan();
     };
     if let Some(file) = wanted.certificate {
         flight.write_certificate(file, &composition, output)?;
