@@ -51,9 +51,9 @@ pub(super) struct Compose {
     /// Where it is served on its way, and for how many seconds; repeat for more, in order. Takes a drone
     #[arg(help_heading = "Plan", long, value_name = "NODE[=SECONDS]")]
     stop: Vec<String>,
-    /// Airspeed, in metres per second
-    #[arg(help_heading = "Plan", long, value_name = "MPS", default_value_t = DEFAULT_AIRSPEED_MPS, value_parser = airspeed)]
-    airspeed: f64,
+    /// Airspeed without a drone, in metres per second [default: 16]
+    #[arg(help_heading = "Plan", long, value_name = "MPS", value_parser = airspeed)]
+    airspeed: Option<f64>,
     #[command(flatten)]
     airspace: AirspaceArguments,
     #[command(flatten)]
@@ -138,6 +138,11 @@ impl Compose {
         let source = names::node(topology, &self.source)?;
         let destination = names::node(topology, &self.destination)?;
         if self.flight.is_given() {
+            if self.airspeed.is_some() {
+                let problem =
+                    "--airspeed takes a plan without a drone; the airspeed of a drone is that of its airframe";
+                return Err(Stop::Usage(problem.to_owned()));
+            }
             return self.fly(topology, (source, destination), output);
         }
         if !self.stop.is_empty() {
@@ -156,7 +161,8 @@ impl Compose {
             trees: Some(&tables),
         };
         let mut scratch = Scratch::new(topology);
-        let plan = compose(&world, source, destination, self.airspeed, &mut scratch);
+        let airspeed_mps = self.airspeed.unwrap_or(DEFAULT_AIRSPEED_MPS);
+        let plan = compose(&world, source, destination, airspeed_mps, &mut scratch);
         if let (Some(format), Some(plan)) = (self.format, &plan) {
             let name = route_name(topology, source, destination);
             let route = Route::of_composition(name, plan, airspace.as_of(), &[]);
@@ -171,10 +177,10 @@ impl Compose {
             (true, _) => output.json(&composition_json(
                 topology,
                 (source, destination),
-                self.airspeed,
+                airspeed_mps,
                 plan.as_ref(),
             ))?,
-            (false, Some(plan)) => print(topology, plan, self.airspeed, output)?,
+            (false, Some(plan)) => print(topology, plan, airspeed_mps, output)?,
             (false, None) => {
                 let [source, destination] =
                     [source, destination].map(|node| node_text(topology, node));

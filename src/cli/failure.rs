@@ -18,16 +18,26 @@ pub(super) struct FailureArguments {
     #[arg(long, value_name = "A,B")]
     service: Option<String>,
     /// Where the delivery goes [default: B]
-    #[arg(long, value_name = "NODE")]
+    #[arg(long, value_name = "NODE", requires = "service")]
     destination: Option<String>,
     /// What kind of failure it is
-    #[arg(long = "type", value_name = "TYPE", default_value = "navigational", value_parser = failure_type())]
+    #[arg(long = "type", value_name = "TYPE", default_value = "navigational", value_parser = failure_type(), requires = "service")]
     failure: FailureType,
     /// Where the drone is: LON,LAT in degrees (X,Y in metres on a planar network), a node, or unknown [default: at A]
-    #[arg(long, value_name = "PLACE", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "PLACE",
+        allow_hyphen_values = true,
+        requires = "service"
+    )]
     location: Option<String>,
     /// Where the cause is, if the drone could tell: LON,LAT (X,Y) or a node
-    #[arg(long, value_name = "PLACE", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "PLACE",
+        allow_hyphen_values = true,
+        requires = "service"
+    )]
     cause_location: Option<String>,
 }
 

@@ -96,6 +96,10 @@ impl Reroute {
             ..self.strategy.request(report, &self.parameters)?
         };
         if self.flight.is_given() {
+            if self.explain || self.optimum {
+                let problem = "--explain and --optimum take an answer without a drone: what is flown has neither search areas nor optima of lengths";
+                return Err(Stop::Usage(problem.to_owned()));
+            }
             return self.fly(&airspace, &request, output);
         }
         if self.certificate.is_some() {

@@ -373,6 +373,11 @@ fn flights_that_make_no_sense_are_refused_with_what_to_write() {
     assert!(refused(&["--payload-kg=-1"]).contains("0 or more"));
     assert!(refused(&["--reserve", "0.95"]).contains("from 0 to 0.9"));
     assert!(refused(&["--certificate", "plan.json"]).contains("name a drone"));
+    assert!(refused(&["--airspeed", "12", "--battery", "0.9"]).contains("without a drone"));
+    for flag in ["--explain", "--optimum"] {
+        let run = skyway(&["reroute", "--service=379,406", "--battery=0.9", flag]).exits(2);
+        assert!(run.stderr.contains("without a drone"), "{run:?}");
+    }
     let heavy = compose(&["--destination", "37", "--payload-kg", "3"]);
     assert!(heavy.stdout.contains("payload of 3 kg"), "{heavy:?}");
     let early = [

@@ -109,6 +109,7 @@ fn arguments_that_make_no_sense_exit_with_2() {
         ],
         &["network", "generate", "--nodes", "0"],
         &["network", "draw", "--width", "10"],
+        &["network", "draw", "--destination", "450"],
     ];
     for arguments in runs {
         let run = skyway(arguments).exits(2);
