@@ -139,8 +139,7 @@ impl Compose {
         let destination = names::node(topology, &self.destination)?;
         if self.flight.is_given() {
             if self.airspeed.is_some() {
-                let problem =
-                    "--airspeed takes a plan without a drone; the airspeed of a drone is that of its airframe";
+                let problem = "--airspeed takes a plan without a drone; the airspeed of a drone is that of its airframe";
                 return Err(Stop::Usage(problem.to_owned()));
             }
             return self.fly(topology, (source, destination), output);

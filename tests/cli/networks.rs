@@ -218,3 +218,22 @@ fn a_network_in_csv_finds_its_edges() {
     ]);
     assert_eq!(run.exits(0).json()["total_length_m"], 100.0);
 }
+
+/// Half a delivery from 1 to 2, 960 m and one minute apart, as each is from 3.
+#[test]
+fn fractions_of_deliveries_count() {
+    let desk = Workspace::new();
+    let town = desk.write(
+        "town_nodes.csv",
+        "id,x,y\n1,0,0\n2,960,0\n3,480,831.3843876\n",
+    );
+    desk.write("town_edges.csv", "u,v\n1,2\n2,3\n1,3\n");
+    let demand = desk.write("demand.csv", "from,to,deliveries\n1,2,0.5\n");
+    let question = ["network", "criticality", "--network", &town];
+    let run = skyway(&[&question[..], &["--demand", &demand]].concat()).exits(0);
+    assert!(run.stderr.contains("0.5 deliveries, 0 without"), "{run:?}");
+    let rows = run.stdout.lines().map(str::split_whitespace);
+    let rows: Vec<Vec<&str>> = rows.map(Iterator::collect).collect();
+    let segment = ["segment", "1-2", "0", "0", "0", "0.5", "0.5", "0.5", "1.00"];
+    assert!(rows.contains(&segment.to_vec()), "{}", run.stdout);
+}

@@ -4,8 +4,7 @@ use crate::geo::Point;
 use crate::identifier::{node_id_json, segment_id_json};
 use crate::network::Topology;
 use crate::routing::{Cost, Criticality, Demand};
-use csv::ReaderBuilder;
-use serde::Deserialize;
+use csv::{ErrorKind, Position, ReaderBuilder, StringRecord};
 use serde_json::{Map, Value, json};
 
 /// Writes a feature for every segment and node, with what its failure costs; a node with pads also has the
@@ -73,51 +72,102 @@ fn costs(prefix: &str, cost: &Cost) -> Map<String, Value> {
     members.into_iter().collect()
 }
 
-#[derive(Debug, Deserialize)]
-struct DemandRow {
-    from: String,
-    to: String,
-    #[serde(default = "one")]
-    deliveries: f64,
-}
-
-fn one() -> f64 {
-    1.0
-}
+/// The columns of a demand.
+const COLUMNS: [&str; 3] = ["from", "to", "deliveries"];
+/// A demand is no larger: beyond it whole numbers are not exact in sums, and far beyond it sums are infinite.
+const MAX_DELIVERIES: f64 = 1e15;
 
 /// Reads demand from CSV with the columns `from`, `to` (ids of nodes) and, where it is not 1, `deliveries`.
 ///
 /// # Errors
-/// Every line that names no node of the network, or whose deliveries are not finite and above 0.
+/// A header with other columns, every line that names no node of the network or whose deliveries are not finite and
+/// above 0, and more than 1e15 deliveries in all.
 pub fn read_demand(topology: &Topology, text: &str) -> Result<Vec<Demand>, Vec<String>> {
     let mut reader = ReaderBuilder::new().from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|error| vec![error.to_string()])?;
+    let places = columns(header).map_err(|problem| vec![problem])?;
     let (mut demand, mut problems) = (Vec::new(), Vec::new());
-    for (line, row) in (2..).zip(reader.deserialize()) {
-        let row: DemandRow = match row {
-            Ok(row) => row,
-            Err(error) => {
-                problems.push(format!("line {line}: {error}"));
-                continue;
-            }
+    for row in reader.records() {
+        let (place, read) = match &row {
+            Ok(row) => (row.position(), read_row(topology, &places, row)),
+            Err(error) => (error.position(), Err(misshapen(error))),
         };
-        match (topology.node(&row.from), topology.node(&row.to)) {
-            _ if !(row.deliveries.is_finite() && row.deliveries > 0.0) => problems.push(format!(
-                "line {line}: deliveries is {}; give a finite number above 0",
-                row.deliveries
-            )),
-            (Some(from), Some(to)) => demand.push(Demand {
-                from,
-                to,
-                deliveries: row.deliveries,
-            }),
-            (None, _) => problems.push(format!("line {line}: there is no node {}", row.from)),
-            (_, None) => problems.push(format!("line {line}: there is no node {}", row.to)),
+        match read {
+            Ok(one) => demand.push(one),
+            Err(problem) => problems.push(format!("line {}: {problem}", line_of(text, place))),
         }
+    }
+    let deliveries: f64 = demand.iter().map(|one| one.deliveries).sum();
+    if deliveries > MAX_DELIVERIES {
+        problems.push(format!(
+            "there are {deliveries:e} deliveries; give {MAX_DELIVERIES:e} or fewer"
+        ));
     }
     match problems.is_empty() {
         true => Ok(demand),
         false => Err(problems),
     }
+}
+
+/// Where each of [`COLUMNS`] is.
+fn columns(header: &StringRecord) -> Result<[Option<usize>; 3], String> {
+    if let Some(other) = header.iter().find(|name| !COLUMNS.contains(name)) {
+        return Err(format!(
+            "there is no use for the column {other}; give {}",
+            COLUMNS.join(", ")
+        ));
+    }
+    let places = COLUMNS.map(|name| header.iter().position(|found| found == name));
+    match places {
+        [Some(_), Some(_), _] => Ok(places),
+        _ => Err("give the columns from and to".to_owned()),
+    }
+}
+
+fn read_row(
+    topology: &Topology,
+    places: &[Option<usize>; 3],
+    row: &StringRecord,
+) -> Result<Demand, String> {
+    let [from, to, deliveries] = places.map(|place| row.get(place?));
+    let deliveries = deliveries.unwrap_or("1");
+    let count = deliveries.parse::<f64>().ok();
+    let count = count.filter(|count| count.is_finite() && *count > 0.0);
+    let Some(count) = count else {
+        return Err(format!(
+            "deliveries is {deliveries}; give a finite number above 0"
+        ));
+    };
+    let node = |id: Option<&str>| {
+        let id = id.unwrap_or_default();
+        let found = topology.node(id);
+        found.ok_or_else(|| format!("there is no node {id}"))
+    };
+    Ok(Demand {
+        from: node(from)?,
+        to: node(to)?,
+        deliveries: count,
+    })
+}
+
+/// What is wrong with a row that has not the shape of the header.
+fn misshapen(error: &csv::Error) -> String {
+    match error.kind() {
+        ErrorKind::UnequalLengths {
+            expected_len, len, ..
+        } => format!("has {len} of {expected_len} cells"),
+        _ => error.to_string(),
+    }
+}
+
+/// The line of a row, from 1. The reader tells where it began to look, which is before blank lines.
+fn line_of(text: &str, place: Option<&Position>) -> u64 {
+    let Some(place) = place else {
+        return 1;
+    };
+    let rest = text.bytes().skip(place.byte() as usize);
+    let blank = rest.take_while(|byte| matches!(byte, b'\r' | b'\n'));
+    place.line() + blank.filter(|&byte| byte == b'\n').count() as u64
 }
 
 #[cfg(test)]
@@ -143,6 +193,34 @@ mod tests {
                 "line 3: deliveries is -1; give a finite number above 0"
             ]
         );
+        let problems = |text: &str| read(text).expect_err("slips");
+        let unknown = problems("from,to,Deliveries\n1,2,3\n");
+        assert!(unknown[0].contains("column Deliveries"), "{unknown:?}");
+        for ending in ["\n", "\r\n"] {
+            let lines = ["from,to", "", "", "1,2", "", "1,nowhere", "1"];
+            let placed = problems(&lines.join(ending));
+            assert_eq!(
+                placed,
+                [
+                    "line 6: there is no node nowhere",
+                    "line 7: has 1 of 2 cells"
+                ]
+            );
+        }
+        let endless = problems("from,to,deliveries\n1,2,1e308\n2,1,1e308\n");
+        assert!(endless[0].contains("or fewer"), "{endless:?}");
+    }
+
+    #[test]
+    fn no_deliveries_are_not_below_zero() {
+        let topology = load_network(bundled::CORRIDOR).expect("bundled").topology;
+        let fleet = Fleet {
+            range_m: 1e4,
+            speed_mps: 16.0,
+            stop_minutes: 20.0,
+        };
+        let text = write_criticality(&topology, &criticality(&topology, &[], &fleet));
+        assert!(text.contains(r#""deliveries":0.0"#), "{text}");
     }
 
     #[test]

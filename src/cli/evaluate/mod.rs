@@ -88,11 +88,7 @@ impl Evaluate {
         let design = self.design(output)?;
         self.check_that_plots_have_networks(&plans, &design)?;
         let provenance = provenance::told(self)?;
-        let folder = Folder::open(
-            &self.out,
-            &self.identity(&design, &provenance),
-            self.fresh,
-        )?;
+        let folder = Folder::open(&self.out, &self.identity(&design, &provenance), self.fresh)?;
         let pool = self.pool()?;
         if provenance.checks_assertions {
             output.warn("this build checks its assertions, which costs time; for figures build with --profile dist");
@@ -234,12 +230,7 @@ impl Evaluate {
     }
 
     /// Makes everything that is told from the rows; with some plots alone, no claims.
-    fn analyse(
-        &self,
-        cells: &Cells,
-        plans: &[FigurePlan],
-        mut provenance: Provenance,
-    ) -> Run {
+    fn analyse(&self, cells: &Cells, plans: &[FigurePlan], mut provenance: Provenance) -> Run {
         let seed = self.seed;
         let figures: Vec<Option<Figure>> = plans
             .par_iter()

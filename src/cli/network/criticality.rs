@@ -102,8 +102,10 @@ impl Criticalities {
             files::write_text(path, &svg(&picture), output)?;
         }
         output.note(&format!(
-            "{:.0} deliveries, {:.0} without a route and {:.0} more out of range with everything intact",
-            found.deliveries, found.without_route, found.out_of_range
+            "{} deliveries, {} without a route and {} more out of range with everything intact",
+            count_text(found.deliveries),
+            count_text(found.without_route),
+            count_text(found.out_of_range)
         ));
         self.print(topology, &found, output)
     }
@@ -169,22 +171,33 @@ impl Criticalities {
         for (kind, costs, id) in kinds {
             for place in costliest(costs).into_iter().take(self.top) {
                 let cost = costs[place];
+                let is_rerouted = cost.rerouted > 0.0;
+                let each = if is_rerouted {
+                    cost.extra_minutes / cost.rerouted
+                } else {
+                    0.0
+                };
                 table.add_row([
                     kind.to_owned(),
                     id(place),
-                    format!("{:.0}", cost.lost),
-                    format!("{:.0}", cost.diverted),
-                    format!("{:.0}", cost.grounded),
-                    format!("{:.0}", cost.rerouted),
+                    count_text(cost.lost),
+                    count_text(cost.diverted),
+                    count_text(cost.grounded),
+                    count_text(cost.rerouted),
                     format!("{:.1}", cost.extra_m / 1e3),
                     format!("{:.1}", cost.extra_minutes),
-                    format!("{:.2}", cost.extra_minutes / cost.rerouted.max(1.0)),
+                    format!("{each:.2}"),
                 ]);
             }
         }
         output.table(&table)?;
         Ok(Verdict::Done)
     }
+}
+
+/// A count of deliveries, which may have a fraction; sums of fractions differ in their last digits.
+fn count_text(deliveries: f64) -> String {
+    ((deliveries * 1e6).round() / 1e6).to_string()
 }
 
 /// The places of the costs that are any, the greatest loss first, then the longest delay.

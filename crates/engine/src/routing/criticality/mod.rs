@@ -87,7 +87,8 @@ pub fn criticality(topology: &Topology, demand: &[Demand], fleet: &Fleet) -> Cri
     let pairs = Pairs::of(demand);
     let nodes = topology.node_count();
     let mut found = Criticality {
-        deliveries: demand.iter().map(|demand| demand.deliveries).sum(),
+        // A sum of no numbers is -0.
+        deliveries: demand.iter().fold(0.0, |sum, one| sum + one.deliveries),
         without_route: 0.0,
         out_of_range: 0.0,
         total_m: 0.0,
