@@ -118,13 +118,8 @@ pub(super) fn write_bytes(path: &Path, bytes: &[u8], output: &Output) -> Result<
 }
 
 /// Writes a whole file so that no reader ever finds half of it: beside its place, then moved there.
-#[expect(clippy::disallowed_methods, reason = "the door to files")]
 pub(super) fn replace_text(path: &Path, text: &str) -> Result<(), Stop> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = Path::new(&beside);
-    std::fs::write(beside, text)
-        .and_then(|()| std::fs::rename(beside, path))
+    replace(path, text.as_bytes())
         .map_err(|error| Stop::failed(format!("cannot write {}: {error}", path.display())))
 }
 
@@ -167,9 +162,55 @@ fn open_file(path: &Path) -> io::Result<Box<dyn BufRead>> {
     Ok(Box::new(BufReader::new(file)))
 }
 
+/// Writes a file whole or not at all. What is no regular file, as a pipe or `/dev/stdout`, is written to; a link stays.
 #[expect(clippy::disallowed_methods, reason = "the door to files")]
 fn write_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    std::fs::write(path, bytes)
+    let may_be_replaced = path
+        .metadata()
+        .is_ok_and(|found| found.is_file() && !found.permissions().readonly());
+    // What has its name there is open elsewhere, also where it is a regular file.
+    let is_open = ["/dev", "/proc"]
+        .iter()
+        .any(|folder| path.starts_with(folder));
+    let place = match path.canonicalize() {
+        Ok(file) if may_be_replaced && !is_open => file,
+        Err(_) if !path.is_symlink() => path.to_owned(),
+        _ => return std::fs::write(path, bytes),
+    };
+    match replace(&place, bytes) {
+        // A file may be writable in a folder that is not, or be mounted there by itself.
+        Err(error) if is_fixed(&error) => std::fs::write(path, bytes),
+        replaced => replaced,
+    }
+}
+
+/// True where a folder does not let its entries be changed.
+fn is_fixed(error: &io::Error) -> bool {
+    let kinds = [
+        io::ErrorKind::PermissionDenied,
+        io::ErrorKind::ReadOnlyFilesystem,
+        io::ErrorKind::ResourceBusy,
+    ];
+    kinds.contains(&error.kind())
+}
+
+/// Writes beside a place, then moves there; the permissions of an older file stay.
+#[expect(clippy::disallowed_methods, reason = "the door to files")]
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = Path::new(&beside);
+    let written = std::fs::write(beside, bytes)
+        .and_then(|()| match path.metadata() {
+            Ok(older) => std::fs::set_permissions(beside, older.permissions()),
+            Err(_) => Ok(()),
+        })
+        .and_then(|()| std::fs::rename(beside, path));
+    if written.is_err() {
+        // The error that is told is the first one.
+        let _ = std::fs::remove_file(beside);
+    }
+    written
 }
 
 #[expect(clippy::disallowed_methods, reason = "the door to standard input")]

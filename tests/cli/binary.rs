@@ -89,6 +89,16 @@ pub(crate) fn skyway_with_input(arguments: &[&str], input: &[u8]) -> Run {
     Run::of(&output)
 }
 
+/// The same where a file can have no more than some kilobytes, as on a disk that is full.
+#[cfg(unix)]
+pub(crate) fn skyway_on_a_full_disk(arguments: &[&str]) -> Run {
+    let mut shell = Command::new("/bin/sh");
+    let limited = r#"trap "" XFSZ; ulimit -f 8; exec "$0" "$@""#;
+    shell.args(["-c", limited, env!("CARGO_BIN_EXE_skyway")]);
+    shell.args(arguments).env_clear().stdin(Stdio::null());
+    Run::of(&shell.output().expect("a shell that starts"))
+}
+
 /// Runs `skyway` for a reader who closes the pipe before reading anything.
 pub(crate) fn skyway_unread(arguments: &[&str]) -> Run {
     let mut command = command(arguments);

@@ -1,5 +1,7 @@
 //! Networks through every format, to the byte; what is lost is told, and what is no network is called by its name.
 
+#[cfg(unix)]
+use crate::binary::skyway_on_a_full_disk;
 use crate::binary::{Workspace, read, repository, skyway};
 #[cfg(feature = "edge")]
 use crate::binary::{read_bytes, skyway_with_input};
@@ -225,4 +227,32 @@ fn a_box_goes_with_an_extract() {
         let run = skyway(&["network", "build", buildings, "--bbox", turned]).exits(2);
         assert!(run.stderr.contains("invalid value"), "{run:?}");
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_is_written_whole_or_stays_as_it_was() {
+    let desk = Workspace::new();
+    let picture = desk.write("sydney.svg", "the one before");
+    let draw = ["network", "draw", "--quiet", "--output", &picture];
+    let full = skyway_on_a_full_disk(&draw).exits(1);
+    assert!(full.stderr.contains("cannot write"), "{full:?}");
+    assert_eq!(desk.read("sydney.svg"), "the one before");
+    assert_eq!(desk.list(""), ["sydney.svg"]);
+    skyway(&draw).exits(0);
+    let drawn = desk.read("sydney.svg");
+    assert!(drawn.starts_with("<svg"));
+    let draw = ["network", "draw", "--quiet", "--output", "/dev/stdout"];
+    assert_eq!(skyway(&draw).exits(0).stdout, drawn);
+}
+
+#[cfg(all(unix, feature = "edge"))]
+#[test]
+fn a_link_to_a_file_stays_a_link() {
+    let desk = Workspace::new();
+    let picture = desk.write("sydney.svg", "the one before");
+    desk.link("latest.svg", &picture);
+    let link = desk.path("latest.svg");
+    skyway(&["network", "draw", "--quiet", "--output", &link]).exits(0);
+    assert!(desk.read("sydney.svg").starts_with("<svg"));
 }
