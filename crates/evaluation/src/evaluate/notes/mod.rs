@@ -210,12 +210,18 @@ fn skipping(cells: &Cells) -> Note {
             (cases.len() - effective).to_string(),
         ]);
     }
+    let times = match all {
+        0 => String::new(),
+        _ => format!(
+            " Together they took {} % of the time of searching every stage.",
+            number(1e2 * with_us / without_us)
+        ),
+    };
     Note {
         title: "Skipped stages".to_owned(),
         text: format!(
-            "A stage was skipped in {}; in {all_effective} of them no skipped stage holds a path. Together they took {} % of the time of searching every stage.",
+            "A stage was skipped in {}; in {all_effective} of them no skipped stage holds a path.{times}",
             counted(all, "failure", "failures"),
-            number(1e2 * with_us / without_us),
         ),
         table: table(
             &[
@@ -226,5 +232,17 @@ fn skipping(cells: &Cells) -> Note {
             ],
             rows,
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_nothing_is_skipped_no_share_is_told() {
+        let note = skipping(&Cells::default());
+        assert!(note.text.contains("in 0 failures"), "{}", note.text);
+        assert!(!note.text.contains("NaN"), "{}", note.text);
     }
 }
