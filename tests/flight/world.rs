@@ -471,10 +471,9 @@ fn starts(draw: &mut Draw, topology: &Topology, began_s: f64, on_grid: bool) -> 
             battery: draw.between(0.3, 1.0),
             on_ground,
             pad: None,
-            flown_m: if on_ground {
-                0.0
-            } else {
-                512.0 * draw.below(4) as f64
+            flown_m: match on_ground {
+                true => 0.0,
+                false => 512.0 * draw.below(4) as f64,
             },
             drawn: 0.0,
             stretch: None,

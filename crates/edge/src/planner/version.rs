@@ -133,6 +133,15 @@ impl Version {
             .collect()
     }
 
+    /// The pad that it has at a node at an instant, counted from 0.
+    pub(crate) fn pad_at(&self, node: NodeIx, now: Timestamp) -> Option<u16> {
+        let now_s = now.as_microsecond() as f64 / 1e6;
+        let mut stays = self.reservations().into_iter();
+        let is_there = |stay: &Reservation| stay.from_s <= now_s && now_s <= stay.until_s;
+        let there = stays.find(|stay| stay.node == node && is_there(stay));
+        there.map(|stay| stay.pad)
+    }
+
     fn departs_s(&self) -> f64 {
         self.departs_at.as_microsecond() as f64 / 1e6
     }

@@ -10,7 +10,7 @@ use crate::planner::{Answer, Scene, Version, later};
 use crate::plans::entry::PlanEntry;
 use jiff::Timestamp;
 use skyway_engine::delivery::BatteryNow;
-use skyway_engine::flight::{Reservation, Stop, StopKind};
+use skyway_engine::flight::{Stop, StopKind};
 use skyway_engine::itinerary::{FlightCause, Objective};
 use skyway_engine::network::{NodeIx, Topology};
 use skyway_engine::recompose::{Request, Severance};
@@ -158,6 +158,15 @@ impl Flights {
         deadline_s.filter(|deadline_s| deadline_s.is_finite() && *deadline_s > self.seconds(now))
     }
 
+    /// Until when closures may be in the way of a version. Windows are widened the more the longer they are ahead, and telemetry may
+    /// show a drone somewhat late.
+    pub(super) fn over_at(&self, version: &Version) -> Timestamp {
+        let rules = &self.settings.rules;
+        let flight_s = version.composition.flight_time_s.max(0.0);
+        let margin_s = rules.time_margin_s + rules.time_margin_growth * flight_s;
+        later(version.arrives_at(), 600.0 + 0.1 * flight_s + margin_s)
+    }
+
     /// Where the drone of a plan stands, if it does.
     pub(super) fn stand(
         &self,
@@ -181,17 +190,9 @@ impl Flights {
                 battery: start.battery,
             });
         }
-        let pad_at = |node: NodeIx| {
-            let now_s = now.as_microsecond() as f64 / 1e6;
-            let mut stays = version.reservations().into_iter();
-            let is_there = |stay: &Reservation| stay.from_s <= now_s && now_s <= stay.until_s;
-            stays
-                .find(|stay| stay.node == node && is_there(stay))
-                .map(|stay| stay.pad)
-        };
         let waits_at = |node| Stand {
             node,
-            pad: pad_at(node),
+            pad: version.pad_at(node, now),
             from: now,
             battery: seen
                 .and_then(Sighting::battery_here)
@@ -217,6 +218,19 @@ impl Flights {
         if is_elsewhere {
             return None;
         }
+        Some(self.on_stop(plan, stop, seen, now))
+    }
+
+    /// Where its drone stands at a stop that it has landed for: it is handled before it can do anything.
+    fn on_stop(
+        &self,
+        plan: &PlanEntry,
+        stop: &Stop,
+        seen: Option<&Sighting>,
+        now: Timestamp,
+    ) -> Stand {
+        let departs_at = plan.reported.departs_at;
+        let now_s = now.duration_since(departs_at).as_secs_f64();
         let rules = &self.settings.rules;
         let handling_s = match stop.kind {
             StopKind::Start => 0.0,
@@ -228,15 +242,15 @@ impl Flights {
         let seen_battery = seen.and_then(Sighting::battery_here);
         // What it says of a battery that is about to be swapped ends with that.
         let seen_battery = seen_battery.filter(|_| stop.kind != StopKind::Swap || !has_it_ahead);
-        Some(Stand {
+        Stand {
             node: stop.node,
             pad: Some(stop.pad),
             from: match has_it_ahead {
-                true => later(version.departs_at, ready_s),
+                true => later(departs_at, ready_s),
                 false => now,
             },
             battery: seen_battery.unwrap_or_else(|| self.charged(plan, stop, now_s - ready_s)),
-        })
+        }
     }
 
     /// The battery of a drone on a pad so many seconds after it was handled there; that with which it is handled, before.

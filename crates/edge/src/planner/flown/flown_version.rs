@@ -1,7 +1,6 @@
 //! What is kept of a plan that is flown: times count from its departure, so that it means the same in every state of the edge.
 
 use super::assumed::Assumed;
-use crate::drones::progress::Progress;
 use skyway_engine::delivery::{FlightComposition, Hold};
 use skyway_engine::flight::{FlownLeg, Reservation};
 use skyway_engine::itinerary::{LegFigures, Value};
@@ -90,32 +89,24 @@ impl FlownVersion {
         self.composition.plan.stops.iter().map(|stop| stop.node)
     }
 
-    /// The energy that its drone draws from where it is to the end, in watt hours.
-    pub(super) fn energy_ahead_wh(&self, progress: &Progress) -> f64 {
+    /// The energy that its drone draws on a leg with so many metres ahead of it and on what follows, in watt hours.
+    pub(super) fn energy_ahead_wh(&self, leg: usize, remaining_m: f64) -> f64 {
         let (plan, figures) = (&self.composition.plan, &self.composition.figures);
         let length_m = |leg: &LegFigures| leg.length_m;
-        let after_m: f64 = figures
-            .legs
-            .iter()
-            .skip(progress.leg + 1)
-            .map(length_m)
-            .sum();
-        let leg_m = figures.legs.get(progress.leg).map_or(0.0, length_m);
+        let after_m: f64 = figures.legs.iter().skip(leg + 1).map(length_m).sum();
+        let leg_m = figures.legs.get(leg).map_or(0.0, length_m);
         let left = match leg_m > 0.0 {
-            true => ((progress.remaining_m - after_m) / leg_m).clamp(0.0, 1.0),
+            true => ((remaining_m - after_m) / leg_m).clamp(0.0, 1.0),
             false => 1.0,
         };
         let draws = |leg: &FlownLeg| leg.battery_before - leg.battery_after;
-        let later: f64 = plan.legs.iter().skip(progress.leg + 1).map(draws).sum();
-        let own = left * plan.legs.get(progress.leg).map_or(0.0, draws);
+        let later: f64 = plan.legs.iter().skip(leg + 1).map(draws).sum();
+        let own = left * plan.legs.get(leg).map_or(0.0, draws);
         // A take-off draws what is missing between its stop and its leg.
-        let ahead = plan
-            .stops
-            .iter()
-            .filter(|stop| stop.before_leg > progress.leg);
+        let ahead = plan.stops.iter().filter(|stop| stop.before_leg > leg);
         let climbs = ahead.filter_map(|stop| {
-            let leg = plan.legs.get(stop.before_leg)?;
-            Some(stop.battery_after - leg.battery_before)
+            let next = plan.legs.get(stop.before_leg)?;
+            Some(stop.battery_after - next.battery_before)
         });
         (own + later + climbs.sum::<f64>()) * self.battery_wh
     }

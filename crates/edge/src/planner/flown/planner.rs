@@ -399,12 +399,7 @@ impl Planner for Flown {
         let Some(_) = version.flight else {
             return self.by_distance.first_met(scene, version, ahead, closure);
         };
-        let flight_s = version.composition.flight_time_s;
-        // Windows are widened the more the longer they are ahead, and telemetry may show a drone somewhat late.
-        let rules = &self.flights.settings.rules;
-        let flight_s = flight_s.max(0.0);
-        let margin_s = rules.time_margin_s + rules.time_margin_growth * flight_s;
-        let over_at = later(version.arrives_at(), 600.0 + 0.1 * flight_s + margin_s);
+        let over_at = self.flights.over_at(version);
         let mut windows = closure.windows.iter();
         let counts = windows.any(|window| window.meets(scene.now, over_at));
         if !closure.windows.is_empty() && !counts {
@@ -455,7 +450,7 @@ impl Planner for Flown {
             .duration_since(lands_at)
             .as_secs_f64();
         let gains_m = progress.remaining_m - way.length_m;
-        let ahead_wh = current.energy_ahead_wh(progress);
+        let ahead_wh = current.energy_ahead_wh(progress.leg, progress.remaining_m);
         let gains_wh = ahead_wh - flown.composition.figures.energy_wh;
         let lands_earlier = gains_s > LEAST_GAIN_S;
         leads_there
