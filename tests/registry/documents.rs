@@ -4,7 +4,7 @@ use crate::contract::{Case, Open, cases};
 use crate::messages;
 use skyway::registry::documents::{
     Commit, Committed, Document, DocumentKind, DocumentQuery, FailureCount, FailureRow, Message,
-    NewsMark, PositionRow, Seen,
+    NewsMark, PositionRow, Seen, Unless,
 };
 use skyway::registry::store::{KeptReply, ReplyKey, Store};
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use std::sync::Arc;
 cases! {
     a_document_is_kept_in_its_newest_version,
     of_commits_on_one_version_one_is_done,
+    what_a_commit_must_not_find_keeps_it_out,
     an_answer_is_kept_with_its_commit,
     answers_about_what_is_not_to_be_told_are_dropped,
     documents_come_in_pages,
@@ -187,6 +188,46 @@ async fn of_commits_on_one_version_one_is_done(open: Open) {
     for store in stores {
         store.close().await;
     }
+}
+
+async fn what_a_commit_must_not_find_keeps_it_out(open: Open) {
+    let store = open().await;
+    let kept: Vec<Document> = (0..5)
+        .map(|number| Document {
+            state: if number < 4 { "created" } else { "failed" }.to_owned(),
+            ..delivery(&format!("d{number}"), 1)
+        })
+        .collect();
+    put_all(&*store, &kept).await;
+    let service = document(DocumentKind::Service, "s", "acme", 1);
+    put_all(&*store, std::slice::from_ref(&service)).await;
+    let deleting = |of: &str, id: &str| Commit {
+        seen: vec![seen(&service, Some(1))],
+        unless: Some(Unless {
+            query: DocumentQuery {
+                kind: DocumentKind::Delivery,
+                of: Some(of.to_owned()),
+                states: vec!["created".to_owned()],
+                after: None,
+                limit: 2,
+                is_newest_first: false,
+            },
+            member: ("id", id.to_owned()),
+        }),
+        deletes: vec![(DocumentKind::Service, "s".to_owned())],
+        ..Commit::default()
+    };
+    for id in ["d0", "d3"] {
+        let committed = store.commit(&deleting("shop", id)).await;
+        assert_eq!(committed, Ok(Committed::Moved), "{id}");
+    }
+    let found = store.document(DocumentKind::Service, "s").await;
+    assert_eq!(found, Ok(Some(service.clone())));
+    for (of, id) in [("shop", "d4"), ("mall", "d0"), ("shop", "d")] {
+        done(&*store, &deleting(of, id)).await;
+        put_all(&*store, std::slice::from_ref(&service)).await;
+    }
+    store.close().await;
 }
 
 async fn an_answer_is_kept_with_its_commit(open: Open) {

@@ -14,6 +14,7 @@ use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{AllocatedDrone, FleetDroneState, PublishedService};
 use skyway_market::hours::Hours;
 use skyway_market::matching::way_s;
+use skyway_registry::documents::Commit;
 use skyway_service::refusal::{Code, Refusal};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -223,6 +224,11 @@ impl Dispatch {
         };
         match self.cheapest(&wanted).await? {
             Ok((service, fit)) => {
+                let id = service.id.as_deref().unwrap_or_default();
+                let Some(service_seen) = self.service_seen(id).await? else {
+                    // It was deleted meanwhile: the next round looks again.
+                    return Ok(());
+                };
                 let delivery = &mut order.value.delivery;
                 delivery.service_id.clone_from(&service.id);
                 delivery.provider.clone_from(&service.provider);
@@ -233,12 +239,12 @@ impl Dispatch {
                     delivery.start_time = opens_at.to_string();
                 }
                 order.value.dispatch.next_look_ms = now.as_millisecond();
-                let change = Change {
-                    order,
-                    drone: None,
-                    is_told: false,
+                let commit = Commit {
+                    seen: vec![order.seen(), service_seen],
+                    puts: vec![order.next(now)],
+                    ..Commit::default()
                 };
-                self.commit_change(&change, now).await?;
+                self.documents.commit(&commit).await?;
                 self.orders.notify_one();
                 Ok(())
             }

@@ -13,7 +13,9 @@ use super::records::{Kept, absent, fresh, text};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use skyway_engine::network::Topology;
-use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
+use skyway_registry::documents::{
+    Commit, Committed, Document, DocumentKind, DocumentQuery, Unless,
+};
 use skyway_registry::store::StoreError;
 use skyway_service::access::{Caller, Owners, Role, TENANT_BYTES_MAX, is_tenant};
 use skyway_service::intake::{Expected, Faults, PageRequest, token};
@@ -70,6 +72,11 @@ pub trait Entry: Clone + Serialize + DeserializeOwned + Send + Sync + 'static {
 
     /// What a caller sees of it.
     fn shown(self, caller: &Caller, tenant: &str) -> Self;
+
+    /// What comes to need it without changing it: where that is there by then, it is not deleted.
+    fn unless(_place: Place<'_>) -> Option<Unless> {
+        None
+    }
 
     /// Checks that nothing needs it any more.
     ///
@@ -249,6 +256,7 @@ impl Dispatch {
             before.value.check_unused(self, place).await?;
             let commit = Commit {
                 seen: vec![before.seen()],
+                unless: T::unless(place),
                 deletes: vec![(T::KIND, id.to_owned())],
                 ..Commit::default()
             };

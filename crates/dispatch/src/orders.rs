@@ -233,7 +233,7 @@ impl Dispatch {
     }
 
     /// The version of a service that is there; none where it was deleted.
-    async fn service_seen(&self, id: &str) -> Result<Option<Seen>, Refusal> {
+    pub(super) async fn service_seen(&self, id: &str) -> Result<Option<Seen>, Refusal> {
         let document = self.documents.document(DocumentKind::Service, id).await?;
         Ok(document.map(|document| seen(&document)))
     }

@@ -1,10 +1,12 @@
 //! What a registry keeps beside the log: documents that change often and belong to someone, messages that wait to be
 //! sent, and rows of history.
 //!
-//! A document is one object in its newest version. A commit states which versions it was decided on; where one has
-//! moved since, nothing of it is written. What is told elsewhere because of a commit is committed with it.
+//! A document is one object in its newest version. A commit states which versions it was decided on, and what must not
+//! be there; where one has moved since, or that has come, nothing of it is written. What is told elsewhere because of a
+//! commit is committed with it.
 
 use super::store::{Answer, KeptReply, ReplyKey};
+use serde_json::Value;
 use std::fmt::Debug;
 
 /// What a document is.
@@ -193,11 +195,31 @@ pub struct NewsMark {
     pub through: u64,
 }
 
+/// What a commit must not find: of the documents that a query finds, on any of its pages, one whose body has this member.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unless {
+    /// Which documents are looked at; `limit` is how many at once.
+    pub query: DocumentQuery,
+    /// The name of the member, and its text.
+    pub member: (&'static str, String),
+}
+
+impl Unless {
+    /// Whether a document is one of these; one that cannot be read may be.
+    pub fn meets(&self, document: &Document) -> bool {
+        let (name, text) = &self.member;
+        let body: Result<Value, _> = serde_json::from_str(&document.body);
+        body.map_or(true, |body| body[name] == **text)
+    }
+}
+
 /// A commit: all of it is written, or nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Commit {
     /// On what it was decided.
     pub seen: Vec<Seen>,
+    /// What it must not find, which may have come without any change of what was seen.
+    pub unless: Option<Unless>,
     /// What is put.
     pub puts: Vec<Document>,
     /// What is deleted.

@@ -7,6 +7,7 @@ mod flying;
 mod giving_up;
 mod holding;
 mod lateness;
+mod meddling;
 mod ordering;
 mod quoting;
 mod racing;

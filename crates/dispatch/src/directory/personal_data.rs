@@ -10,7 +10,9 @@ use crate::records::{Kept, RESERVING, open_states, seen, text};
 use serde::Deserialize;
 use serde_json::Value;
 use skyway_contract::{Customer, CustomerData, Delivery, Quote, Recipient};
-use skyway_registry::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery};
+use skyway_registry::documents::{
+    Commit, Committed, Document, DocumentKind, DocumentQuery, Unless,
+};
 use skyway_registry::store::StoreError;
 use skyway_service::access::{Caller, Role, is_tenant};
 use skyway_service::intake::{Expected, PageRequest};
@@ -266,6 +268,14 @@ fn in_use(delivery: &str) -> Refusal {
     Refusal::new(Code::InUse, detail)
 }
 
+/// A delivery of a provider's service that is not over.
+pub(super) fn open_delivery(provider: &str, service: &str) -> Unless {
+    Unless {
+        query: open_deliveries(provider),
+        member: ("service_id", service.to_owned()),
+    }
+}
+
 /// The body of a delivery without what may name a person; none where it has nothing of it.
 fn without_personal(document: &Document) -> Result<Option<String>, Refusal> {
     let mut body = Kept::<Value>::read(document.clone())?.value;
@@ -283,6 +293,25 @@ fn without_personal(document: &Document) -> Result<Option<String>, Refusal> {
     Ok(is_changed.then(|| text(&body)))
 }
 
+/// What a tenant has of a kind, or is party to.
+fn all_of(kind: DocumentKind, tenant: &str) -> DocumentQuery {
+    DocumentQuery {
+        kind,
+        of: Some(tenant.to_owned()),
+        states: Vec::new(),
+        after: None,
+        limit: AT_ONCE,
+        is_newest_first: false,
+    }
+}
+
+fn open_deliveries(tenant: &str) -> DocumentQuery {
+    DocumentQuery {
+        states: open_states().map(str::to_owned).collect(),
+        ..all_of(DocumentKind::Delivery, tenant)
+    }
+}
+
 /// The documents of a tenant, page by page.
 struct Pages {
     query: Option<DocumentQuery>,
@@ -291,24 +320,15 @@ struct Pages {
 impl Pages {
     fn of(kind: DocumentKind, tenant: &str) -> Self {
         Self {
-            query: Some(DocumentQuery {
-                kind,
-                of: Some(tenant.to_owned()),
-                states: Vec::new(),
-                after: None,
-                limit: AT_ONCE,
-                is_newest_first: false,
-            }),
+            query: Some(all_of(kind, tenant)),
         }
     }
 
     /// Deliveries that are not over, of which the tenant is customer or provider.
     fn open(tenant: &str) -> Self {
-        let mut pages = Self::of(DocumentKind::Delivery, tenant);
-        if let Some(query) = &mut pages.query {
-            query.states = open_states().map(str::to_owned).collect();
+        Self {
+            query: Some(open_deliveries(tenant)),
         }
-        pages
     }
 
     /// The next page; none after the last. Deliveries are on it too that a tenant is only party to.

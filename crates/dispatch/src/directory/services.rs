@@ -1,5 +1,6 @@
 //! Services: what providers offer, where, when, and for how much.
 
+use super::personal_data::open_delivery;
 use super::{
     AIRFRAME_BYTES_MAX, Checked, Entry, Place, check_name, check_payload, check_repeated,
     tenant_before_colon,
@@ -10,7 +11,7 @@ use skyway_engine::network::Topology;
 use skyway_market::area::Area;
 use skyway_market::hours::{Hours, HoursError};
 use skyway_market::tariff::{self, TariffError};
-use skyway_registry::documents::DocumentKind;
+use skyway_registry::documents::{DocumentKind, Unless};
 use skyway_service::access::{Caller, Role};
 use skyway_service::intake::Faults;
 use skyway_service::refusal::{Code, Refusal};
@@ -50,6 +51,10 @@ impl Entry for PublishedService {
 
     fn shown(self, _caller: &Caller, _tenant: &str) -> Self {
         self
+    }
+
+    fn unless(place: Place<'_>) -> Option<Unless> {
+        Some(open_delivery(place.tenant, place.id))
     }
 
     fn check_unused<'a>(&'a self, dispatch: &'a Dispatch, place: Place<'a>) -> Checked<'a, ()> {

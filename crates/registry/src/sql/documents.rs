@@ -1,7 +1,7 @@
 //! What is asked of the database about documents, one function for each question, on a connection within a transaction.
 
 use super::{Connection, Database, Row, history, messages, trouble, upkeep};
-use crate::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery, Seen};
+use crate::documents::{Commit, Committed, Document, DocumentKind, DocumentQuery, Seen, Unless};
 use crate::sql::{ROWS_AT_ONCE, Trouble, signed, unsigned};
 use sqlx::{QueryBuilder, Row as _};
 use std::collections::BTreeMap;
@@ -169,6 +169,21 @@ async fn holds(connection: &mut Connection, seen: &[Seen]) -> Result<bool, Troub
     Ok(true)
 }
 
+/// Whether nothing is there that a commit must not find.
+async fn is_free(connection: &mut Connection, unless: &Unless) -> Result<bool, Trouble> {
+    let mut query = unless.query.clone();
+    loop {
+        let page = documents(&mut *connection, &query).await?;
+        if page.iter().any(|document| unless.meets(document)) {
+            return Ok(false);
+        }
+        if (page.len() as u64) < query.limit {
+            return Ok(true);
+        }
+        query.after = page.last().map(|last| last.id.clone());
+    }
+}
+
 async fn put(connection: &mut Connection, documents: &[Document]) -> Result<(), Trouble> {
     // No statement may put one row twice: of what is put more than once, the last counts.
     let last: BTreeMap<(DocumentKind, &str), &Document> = documents
@@ -225,6 +240,11 @@ pub(super) async fn commit(
         return Ok(Committed::Repeated { fingerprint, reply });
     }
     if !holds(connection, &commit.seen).await? {
+        return Ok(Committed::Moved);
+    }
+    if let Some(unless) = &commit.unless
+        && !is_free(connection, unless).await?
+    {
         return Ok(Committed::Moved);
     }
     if let Some(mark) = &commit.news
