@@ -9,6 +9,8 @@ mod holding;
 mod lateness;
 mod meddling;
 mod ordering;
+
+mod personal_data;
 mod quoting;
 mod racing;
 mod world;

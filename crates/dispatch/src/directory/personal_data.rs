@@ -126,8 +126,6 @@ impl Dispatch {
         self.expected_customer(id, &expected).await?;
         self.check_no_open_order(id).await?;
         self.strip_deliveries(id).await?;
-        // That takes a while: who has ordered meanwhile keeps its recipient.
-        self.check_no_open_order(id).await?;
         let kinds = [
             DocumentKind::Quote,
             DocumentKind::Recipient,
@@ -136,6 +134,9 @@ impl Dispatch {
         for kind in kinds {
             let mut pages = Pages::of(kind, id);
             while let Some(page) = pages.next(self).await? {
+                // That takes a while: who has ordered meanwhile keeps its recipient. One that is on the page was put with its
+                // order, which is found from then on.
+                self.check_no_open_order(id).await?;
                 // Its party, a provider, may have the same id.
                 let deletes = page.into_iter().filter(|document| document.tenant == id);
                 let deletes = deletes.map(|document| (document.kind, document.id));
@@ -198,6 +199,9 @@ impl Dispatch {
 
     async fn strip(&self, mut document: Document) -> Result<(), Refusal> {
         for _ in 0..DECISIONS {
+            if open_states().any(|state| state == document.state) {
+                return Err(in_use(&document.id));
+            }
             let Some(body) = without_personal(&document)? else {
                 return Ok(());
             };
