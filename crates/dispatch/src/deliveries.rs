@@ -97,7 +97,8 @@ impl Dispatch {
         }
     }
 
-    /// Adds what its provider has of a delivery's proof: a photo, a code, the place. When it arrived, the flight has told.
+    /// Adds what its provider has of a delivery's proof: a photo, a code, the place. When it arrived, the flight has told. Once
+    /// the customer's data were deleted, only the place is kept.
     ///
     /// # Errors
     /// When there is no such delivery of the provider's, it has not arrived, or the store does not answer.
@@ -124,6 +125,9 @@ impl Dispatch {
                 return Err(Refusal::new(Code::DeliveryStateConflict, detail));
             };
             complete(arrived, proof);
+            if order.value.dispatch.is_stripped {
+                (arrived.photo, arrived.code) = (None, None);
+            }
             let commit = Commit {
                 seen: vec![order.seen()],
                 puts: vec![order.next(self.clock.now())],

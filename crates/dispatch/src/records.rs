@@ -133,6 +133,8 @@ pub(super) struct Progress {
     pub(super) is_given_up: bool,
     /// The last version of its flight's plan that was noted as a recomposition; 0 where none was. A next flight counts anew.
     pub(super) noted_version: u32,
+    /// Whether its customer's data were deleted: its proof takes nothing any more that may name a person.
+    pub(super) is_stripped: bool,
     /// Changes of its status so far.
     pub(super) changes: u64,
     pub(super) passed_over: Vec<PassedOverDrone>,

@@ -2,11 +2,12 @@
 
 use super::meddling::{Meddled, became, placing};
 use super::ordering::quoted;
-use super::world::{World, customer, errand};
+use super::world::{World, customer, errand, of};
 use serde_json::json;
+use skyway::access::Role;
 use skyway::refusal::Code;
 use skyway::registry::documents::{Commit, Committed, Document, DocumentKind};
-use skyway::wire::{DeliveryOrder, Recipient};
+use skyway::wire::{DeliveryOrder, ProofOfDelivery, Recipient};
 use std::sync::Arc;
 
 /// More deliveries that are over than are read at once.
@@ -75,4 +76,34 @@ async fn an_order_keeps_its_reference_while_its_customers_deliveries_are_strippe
 #[tokio::test]
 async fn an_order_keeps_its_recipient_while_its_customers_data_are_deleted() {
     keeps_its_own(deletes_quotes).await;
+}
+
+#[tokio::test]
+async fn a_proof_that_comes_after_its_customers_data_were_deleted_names_nobody() {
+    let world = World::with_drones(&["depot"]).await;
+    let id = world.order("shop", "door").await;
+    world.assign().await;
+    let flight = world.whole_flight(&id, "depot").await;
+    world.tell(1, &flight).await;
+    let shop = customer("shop");
+    let deleted = world.dispatch.delete_customer_data(&shop, "shop", None);
+    deleted.await.expect("it is over");
+    let proof = ProofOfDelivery {
+        at: "2026-11-27T18:00:00Z".to_owned(),
+        lon: None,
+        lat: None,
+        photo: Some("https://proofs.example/ada.jpg".to_owned()),
+        code: Some("2718".to_owned()),
+    };
+    let swift = of(Role::Provider, "swift");
+    let proved = world.dispatch.prove_delivery(&swift, &id, &proof).await;
+    let told = proved.expect("delivered").proof.expect("a proof");
+    assert_eq!((told.photo, told.code), (None, None));
+    assert_eq!(told.lon, Some(2_500.0));
+    let kept = world.documents.document(DocumentKind::Delivery, &id).await;
+    let body = kept.expect("answers").expect("a delivery").body;
+    assert!(
+        !body.contains("ada.jpg") && !body.contains("2718"),
+        "{body}"
+    );
 }

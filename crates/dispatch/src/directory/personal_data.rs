@@ -8,7 +8,7 @@ use super::{DECISIONS, etag};
 use crate::Dispatch;
 use crate::records::{Kept, RESERVING, open_states, seen, text};
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 use skyway_contract::{Customer, CustomerData, Delivery, Quote, Recipient};
 use skyway_registry::documents::{
     Commit, Committed, Document, DocumentKind, DocumentQuery, Unless,
@@ -28,6 +28,8 @@ const AT_ONCE: u64 = 200;
 const PERSONAL: [&str; 2] = ["reference", "recipient"];
 /// What of its proof may.
 const PERSONAL_PROOF: [&str; 2] = ["photo", "code"];
+/// What tells of an order that its proof is kept without them.
+const STRIPPED: &str = "is_stripped";
 
 /// What of a delivery tells its service.
 #[derive(Deserialize)]
@@ -293,6 +295,9 @@ fn without_personal(document: &Document) -> Result<Option<String>, Refusal> {
         for name in PERSONAL_PROOF {
             is_changed |= proof.remove(name).is_some();
         }
+        // Its provider may add them later.
+        is_changed |= body["dispatch"][STRIPPED] != true;
+        body["dispatch"][STRIPPED] = json!(true);
     }
     Ok(is_changed.then(|| text(&body)))
 }

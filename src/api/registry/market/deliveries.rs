@@ -88,6 +88,8 @@ pub(super) async fn cancel_delivery(
 }
 
 /// Adds a photo, a code or the place to the proof of a delivery that has arrived.
+///
+/// Once the customer's data were deleted, of these the place alone is kept.
 #[utoipa::path(
     post,
     path = "/v1/deliveries/{id}/proof",
