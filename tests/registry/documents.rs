@@ -370,9 +370,16 @@ async fn documents_come_in_pages(open: Open) {
     assert_eq!(count(Some("mall")).await, Ok(150));
     assert_eq!(count(Some("nobody")).await, Ok(0));
     for (states, expected) in [(&["created"][..], 38), (&["created", "assigned"][..], 76)] {
-        let counted = store.count_deliveries("mall", states).await;
+        let kind = DocumentKind::Delivery;
+        let counted = store.count_standing(kind, "mall", states, None).await;
         assert_eq!(counted, Ok(expected), "{states:?}");
+        // Of each twelve one is the mall's and stands in the first way, and one in the second.
+        let counted = store.count_standing(kind, "mall", states, Some("d239"));
+        assert_eq!(counted.await, Ok(expected - 20 * states.len() as u64));
     }
+    let quotes = |state| store.count_standing(DocumentKind::Quote, "shop", state, None);
+    assert_eq!(quotes(&["created"]).await, Ok(0));
+    assert_eq!(quotes(&[""]).await, Ok(1));
     store.close().await;
 }
 

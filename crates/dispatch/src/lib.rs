@@ -64,7 +64,7 @@ pub struct Settings {
     pub edge_origins: Vec<String>,
     /// Whether webhooks may be called without encryption and at private addresses.
     pub webhooks_anywhere: bool,
-    /// At most this many orders of one customer that are not over.
+    /// At most this many orders of one customer that are not over, and as many quotes that can be accepted.
     pub open_max: u64,
 }
 

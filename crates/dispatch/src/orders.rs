@@ -101,7 +101,9 @@ impl Dispatch {
     /// Checks that a customer may order more. Orders that come at once may go a little beyond the bound.
     async fn check_open(&self, customer: &str) -> Result<(), Refusal> {
         let states: Vec<&str> = open_states().collect();
-        let open = self.documents.count_deliveries(customer, &states).await?;
+        let kind = DocumentKind::Delivery;
+        let count = self.documents.count_standing(kind, customer, &states, None);
+        let open = count.await?;
         if open < self.settings.open_max {
             return Ok(());
         }

@@ -4,7 +4,7 @@ use super::Dispatch;
 use super::edges::{ComposedFlight, EdgeError, FlightRequest};
 use super::fleet::Demand;
 use super::offers::{Availability, Sellers, no_offer};
-use super::records::{Kept, absent, fresh, text, timed_id};
+use super::records::{Kept, absent, fresh, id_until, text, timed_id};
 use super::wanted::{START_AHEAD_MAX, Stated, Wanted};
 use jiff::{SignedDuration, Timestamp};
 use skyway_contract::{FleetDrone, FleetDroneState, Money, PublishedService, Quote, QuoteRequest};
@@ -17,6 +17,8 @@ use skyway_service::refusal::{Code, Refusal};
 
 /// How long a quote holds: as long as the edge's own.
 const HOLDS_FOR: SignedDuration = SignedDuration::from_mins(5);
+/// What the id of a quote begins with.
+const ID_PREFIX: &str = "q";
 /// The state of the document of a quote that can be accepted.
 pub(super) const OPEN: &str = "open";
 /// The state of the document of one that was.
@@ -35,6 +37,7 @@ impl Dispatch {
         let customer = caller.acts_for(request.customer.as_deref());
         let customer = customer.ok_or_else(forbidden)?.to_owned();
         check_customer(&customer)?;
+        self.check_open_quotes(&customer).await?;
         let service = self.service_by_id(&request.service_id).await?;
         let mut wanted = self.wanted_of(&request, &service).await?;
         let mut sellers = Sellers::default();
@@ -67,7 +70,7 @@ impl Dispatch {
         }
         let now = self.clock.now();
         let quote = Quote {
-            id: timed_id("q", now)?,
+            id: timed_id(ID_PREFIX, now)?,
             price: priced(&service, &wanted, &flight)?,
             request,
             customer,
@@ -104,6 +107,23 @@ impl Dispatch {
             })
         });
         Kept::read(seen.ok_or_else(|| Refusal::not_found("quote", id))?)
+    }
+
+    /// Checks that a customer may ask for another quote. Those that come at once may go a little beyond the bound.
+    async fn check_open_quotes(&self, customer: &str) -> Result<(), Refusal> {
+        let made_at = self.clock.now().saturating_sub(HOLDS_FOR);
+        let last_expired = made_at.map(|made_at| id_until(ID_PREFIX, made_at));
+        let (kind, after) = (DocumentKind::Quote, last_expired.as_deref().ok());
+        let count = self
+            .documents
+            .count_standing(kind, customer, &[OPEN], after);
+        let open = count.await?;
+        if open < self.settings.open_max {
+            return Ok(());
+        }
+        let remedy = "accept some, or wait until they have expired";
+        let detail = format!("'{customer}' has {open} quotes that can be accepted; {remedy}");
+        Err(Refusal::new(Code::LimitReached, detail))
     }
 
     async fn wanted_of(

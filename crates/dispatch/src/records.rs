@@ -340,6 +340,16 @@ pub(super) fn timed_id(prefix: &str, now: Timestamp) -> Result<String, Refusal> 
         let detail = format!("the system has no random bits: {error}");
         Refusal::new(Code::Internal, detail)
     })?;
-    let millisecond = now.as_millisecond().max(0);
-    Ok(format!("{prefix}{millisecond:012x}{random:016x}"))
+    let begins = id_from(prefix, now.as_millisecond());
+    Ok(format!("{begins}{random:016x}"))
+}
+
+/// What the ids made in a millisecond begin with: before all of them, and after all made earlier.
+fn id_from(prefix: &str, millisecond: i64) -> String {
+    format!("{prefix}{:012x}", millisecond.max(0))
+}
+
+/// After every id that was made by the millisecond of an instant.
+pub(super) fn id_until(prefix: &str, instant: Timestamp) -> String {
+    id_from(prefix, instant.as_millisecond().saturating_add(1))
 }

@@ -317,11 +317,13 @@ pub trait Documents: Debug + Send + Sync {
         tenant: Option<&'a str>,
     ) -> Answer<'a, u64>;
 
-    /// How many deliveries a tenant has ordered that stand in one of these ways.
-    fn count_deliveries<'a>(
+    /// How many documents of a kind a tenant has that stand in one of these ways, after this id where one is given.
+    fn count_standing<'a>(
         &'a self,
+        kind: DocumentKind,
         tenant: &'a str,
         states: &'a [&'static str],
+        after: Option<&'a str>,
     ) -> Answer<'a, u64>;
 
     /// Writes a commit.

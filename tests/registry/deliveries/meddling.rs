@@ -89,12 +89,14 @@ impl Documents for Meddled {
         self.documents.count_documents(kind, tenant)
     }
 
-    fn count_deliveries<'a>(
+    fn count_standing<'a>(
         &'a self,
+        kind: DocumentKind,
         tenant: &'a str,
         states: &'a [&'static str],
+        after: Option<&'a str>,
     ) -> Answer<'a, u64> {
-        self.documents.count_deliveries(tenant, states)
+        self.documents.count_standing(kind, tenant, states, after)
     }
 
     fn kept_reply<'a>(

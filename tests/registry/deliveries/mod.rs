@@ -9,7 +9,6 @@ mod holding;
 mod lateness;
 mod meddling;
 mod ordering;
-
 mod personal_data;
 mod quoting;
 mod racing;

@@ -1,7 +1,7 @@
-//! For whom quotes are.
+//! For whom quotes are, and how many a customer has at once.
 
 use super::ordering::{accepting, quoted};
-use super::world::{World, customer, of};
+use super::world::{OPEN_MAX, World, customer, of};
 use skyway::access::Role;
 use skyway::refusal::Code;
 use skyway::registry::WriteOptions;
@@ -37,4 +37,30 @@ async fn a_quote_is_for_the_customer_that_is_named() {
         let refused = world.dispatch.create_quote(&caller, named(name));
         assert_eq!(refused.await.unwrap_err().code, code, "{name}");
     }
+}
+
+#[tokio::test]
+async fn a_customer_has_so_many_quotes_at_once_and_no_more() {
+    let world = World::with_drones(&["depot"]).await;
+    let shop = customer("shop");
+    let ask = || world.dispatch.create_quote(&shop, quoted());
+    let first = ask().await.expect("a quote");
+    for _ in 1..OPEN_MAX {
+        ask().await.expect("a quote");
+    }
+    let one_more = ask().await.unwrap_err();
+    assert_eq!(one_more.code, Code::LimitReached);
+    assert_eq!(
+        one_more.detail,
+        "'shop' has 320 quotes that can be accepted; accept some, or wait until they have expired"
+    );
+    let other = customer("other");
+    let of_another = world.dispatch.create_quote(&other, quoted());
+    of_another.await.expect("room for others");
+    let accepted = world.try_order(&accepting(&first)).await;
+    accepted.expect("an order");
+    ask().await.expect("room again");
+    assert_eq!(ask().await.unwrap_err().code, Code::LimitReached);
+    world.pass(300);
+    ask().await.expect("the others have expired");
 }

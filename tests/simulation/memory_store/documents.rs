@@ -25,7 +25,13 @@ impl Documents for MemoryStore {
         none_kept()
     }
 
-    fn count_deliveries<'a>(&'a self, _: &'a str, _: &'a [&'static str]) -> Answer<'a, u64> {
+    fn count_standing<'a>(
+        &'a self,
+        _: DocumentKind,
+        _: &'a str,
+        _: &'a [&'static str],
+        _: Option<&'a str>,
+    ) -> Answer<'a, u64> {
         none_kept()
     }
 

@@ -116,18 +116,23 @@ pub(super) async fn count(
     Ok(unsigned(count, "a number of documents")?)
 }
 
-/// How many deliveries a tenant has ordered that stand in one of these ways, out of an index of deliveries alone.
-pub(super) async fn count_deliveries(
+/// How many documents of a kind a tenant has that stand in one of these ways, after this id where one is given. The kind is
+/// written out, as deliveries have an index of their own.
+pub(super) async fn count_standing(
     connection: &mut Connection,
+    kind: DocumentKind,
     tenant: &str,
     states: &[&'static str],
+    after: Option<&str>,
 ) -> Result<u64, Trouble> {
-    let mut statement = QueryBuilder::<Database>::new(
-        "SELECT COUNT(*) FROM documents WHERE kind = 'delivery' AND tenant = ",
-    );
-    statement
-        .push_bind(tenant.to_owned())
-        .push(" AND state IN (");
+    let mut statement =
+        QueryBuilder::<Database>::new("SELECT COUNT(*) FROM documents WHERE kind = '");
+    statement.push(kind.name()).push("' AND tenant = ");
+    statement.push_bind(tenant.to_owned());
+    if let Some(after) = after {
+        statement.push(" AND id > ").push_bind(after.to_owned());
+    }
+    statement.push(" AND state IN (");
     let mut stands = statement.separated(", ");
     for state in states {
         stands.push_bind(*state);
@@ -136,7 +141,7 @@ pub(super) async fn count_deliveries(
     let asked = statement.build().fetch_one(connection);
     let count = asked.await.map_err(trouble)?;
     let count = count.try_get(0).map_err(trouble)?;
-    Ok(unsigned(count, "a number of deliveries")?)
+    Ok(unsigned(count, "a number of documents")?)
 }
 
 /// Whether every version that a commit was decided on is still there.

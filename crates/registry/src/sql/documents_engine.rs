@@ -35,14 +35,16 @@ impl Documents for SqlStore {
         })
     }
 
-    fn count_deliveries<'a>(
+    fn count_standing<'a>(
         &'a self,
+        kind: DocumentKind,
         tenant: &'a str,
         states: &'a [&'static str],
+        after: Option<&'a str>,
     ) -> Answer<'a, u64> {
         Box::pin(async move {
-            asking!(self, |connection| documents::count_deliveries(
-                connection, tenant, states
+            asking!(self, |connection| documents::count_standing(
+                connection, kind, tenant, states, after
             ))
         })
     }

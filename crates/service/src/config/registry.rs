@@ -118,7 +118,7 @@ settings! {
         /// The addresses of edges that it may be sent to: scheme, host and port, with commas between them. Edges tell their
         /// own address: one that is not named here is asked for no flight while there is a token.
         edge_origins: Names = Names::default();
-        /// Orders of one customer that are not over.
+        /// Orders of one customer that are not over, and as many quotes that can be accepted.
         open_max: usize = 20_000, 1..=1_000_000;
         /// Call webhooks without encryption and at private addresses, too: for a demo, or a network of one's own.
         webhooks_anywhere: bool = false;

@@ -118,7 +118,13 @@ impl Documents for Memory {
         now(found)
     }
 
-    fn count_deliveries<'a>(&'a self, _: &'a str, _: &'a [&'static str]) -> Answer<'a, u64> {
+    fn count_standing<'a>(
+        &'a self,
+        _: DocumentKind,
+        _: &'a str,
+        _: &'a [&'static str],
+        _: Option<&'a str>,
+    ) -> Answer<'a, u64> {
         not_here()
     }
 
