@@ -94,6 +94,26 @@ impl Collected {
         Ok(())
     }
 
+    /// A zone whose id cannot stand in an address: no registry takes it.
+    pub(super) fn refuse_unfit_ids(&mut self, feed: &str) {
+        for feed_zone in &mut self.zones {
+            let zones = feed_zone.outcome.iter().flatten();
+            let mut ids = zones.chain(&feed_zone.outlines).map(Zone::id);
+            let Some(id) = ids.find(|id| is_unfit(id)) else {
+                continue;
+            };
+            let message = format!(
+                "the feed '{feed}' makes of it the id {id:?}, which cannot stand in an address"
+            );
+            let hint = "import the feed with a prefix, and write identifiers of letters and digits";
+            let problem = ZoneProblem::new(ZoneCode::IdInvalid, feed_zone.pointer.clone(), message);
+            feed_zone.outlines.clear();
+            if feed_zone.outcome.is_ok() {
+                feed_zone.outcome = Err(vec![problem.hint(hint)]);
+            }
+        }
+    }
+
     /// Two zones of one id: it is unclear which is meant, so that both are refused.
     pub(super) fn refuse_namesakes(&mut self) {
         let mut seen: FxHashMap<String, Vec<usize>> = FxHashMap::default();
@@ -116,6 +136,11 @@ impl Collected {
             ]);
         }
     }
+}
+
+/// Whether an id is a step of a path, or has characters that no address has.
+fn is_unfit(id: &str) -> bool {
+    matches!(id, "." | "..") || id.chars().any(char::is_control)
 }
 
 /// The zones of a list, no more than a feed may have.

@@ -112,6 +112,7 @@ pub fn read_feed(
         }
         _ => read_json(unmarked, &reader, &mut collected)?,
     };
+    collected.refuse_unfit_ids(terms.feed);
     collected.refuse_namesakes();
     let mut notes = collected.notes;
     let further_notes = notes.len().saturating_sub(MAX_NOTES);

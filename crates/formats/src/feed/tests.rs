@@ -157,3 +157,57 @@ fn metres_of_a_plane_are_not_written_as_degrees() {
     assert_eq!(problem.code, "zone_format_foreign");
     assert!(problem.hint.is_some());
 }
+
+#[test]
+fn an_id_that_cannot_stand_in_an_address_is_refused_and_keeps_no_other_out() {
+    let read = |text: &str, prefix| {
+        let terms = FeedTerms {
+            feed: "city",
+            prefix,
+            margin_m: 10.0,
+        };
+        read_feed(text, &terms, &frame()).expect("a feed")
+    };
+    let mut dots: Value =
+        serde_json::from_str(&feature(&json!({"uom": "m"}), &json!({}))).expect("JSON");
+    dots["features"][0]["properties"]["identifier"] = json!("..");
+    let dots = dots.to_string();
+    let crane = |id: &str, properties: &str| {
+        format!(
+            r#"{{"type": "Feature", "id": "{id}", "geometry": {{"type": "Point", "coordinates": [151.2, -33.87]}},
+                "properties": {{"radius_m": 40{properties}}}}}"#
+        )
+    };
+    let features = [
+        crane(".", ""),
+        crane("crane", ""),
+        crane("..", r#", "upper_m": "high""#),
+        crane(r"a\u0007b", ""),
+    ];
+    let collection = format!(
+        r#"{{"type": "FeatureCollection", "features": [{}]}}"#,
+        features.join(",")
+    );
+    let ids = |feed: &ZoneFeed| -> Vec<String> {
+        let zones = feed.zones.iter().flat_map(|zone| zone.outcome.iter());
+        zones.flatten().map(|zone| zone.id().to_owned()).collect()
+    };
+    let feed = read(&collection, "");
+    assert_eq!(ids(&feed), ["crane"]);
+    let refused = |feed: &ZoneFeed, place: usize| {
+        let problems = feed.zones[place].outcome.as_ref().expect_err("refused");
+        (problems[0].code, problems[0].to_string())
+    };
+    for (place, id) in [(0, r#"".""#), (3, r#""a\u{7}b""#)] {
+        let (code, told) = refused(&feed, place);
+        assert_eq!(code, "zone_id_invalid");
+        for part in ["'city'", id, &format!("features/{place}"), "prefix"] {
+            assert!(told.contains(part), "{part}: {told}");
+        }
+    }
+    // Nor is it proposed, as it would be accepted under such an id.
+    assert!(refused(&feed, 2).0 != "zone_id_invalid" && feed.zones[2].outlines.is_empty());
+    assert_eq!(refused(&read(&dots, ""), 0).0, "zone_id_invalid");
+    assert_eq!(ids(&read(&dots, "be:")), ["be:.."]);
+    assert_eq!(ids(&read(&collection, "be:")), ["be:.", "be:crane"]);
+}

@@ -27,6 +27,8 @@ pub enum ZoneCode {
     UnknownValue,
     /// The id is empty.
     IdEmpty,
+    /// The id cannot stand in an address.
+    IdInvalid,
     /// The id is not the one the caller named.
     IdMismatch,
     /// Two zones of a file have the same id.
@@ -97,7 +99,7 @@ pub enum ZoneCode {
 
 impl ZoneCode {
     /// All codes.
-    pub const ALL: [Self; 42] = [
+    pub const ALL: [Self; 43] = [
         Self::NotJson,
         Self::NotXml,
         Self::FormatForeign,
@@ -107,6 +109,7 @@ impl ZoneCode {
         Self::MissingField,
         Self::UnknownValue,
         Self::IdEmpty,
+        Self::IdInvalid,
         Self::IdMismatch,
         Self::IdDuplicate,
         Self::TextTooLong,
@@ -154,6 +157,7 @@ impl ZoneCode {
             Self::MissingField => "zone_missing_field",
             Self::UnknownValue => "zone_unknown_value",
             Self::IdEmpty => "zone_id_empty",
+            Self::IdInvalid => "zone_id_invalid",
             Self::IdMismatch => "zone_id_mismatch",
             Self::IdDuplicate => "zone_id_duplicate",
             Self::TextTooLong => "zone_text_too_long",
