@@ -6,6 +6,7 @@ use skyway::edge::{Code, FeedImport, PageRequest, Settings, ZoneWrite};
 use skyway::formats::{load_network, write_network};
 use skyway::network::{Coordinates, NodeDraft};
 use skyway::registry::WriteOptions;
+use skyway::registry::store::Compaction;
 use skyway::wire::{ClosureDraft, NetworkPatch, ObjectKind};
 
 const EARTH: &str = "earth";
@@ -49,6 +50,27 @@ impl Central {
         let (put, manner) = (id.as_deref(), manner(None));
         let put = self.registry.put_zone(EARTH, put, feature, &manner);
         put.await.expect("a zone");
+    }
+
+    async fn lift_on_earth(&self, id: &str) {
+        let (kind, manner) = (ObjectKind::Zone, manner(Some("*".to_owned())));
+        let lifted = self.registry.delete(EARTH, kind, id, &manner);
+        lifted.await.expect("lifted");
+    }
+
+    /// Drops the log of the network on earth, so that who is behind takes the list.
+    async fn compact_earth(&self) {
+        let networks = self.registry.networks().await.expect("networks").networks;
+        let earth = networks.iter().find(|network| network.id == EARTH);
+        let head = earth.expect("a network").head;
+        let (body, _) = self.registry.network(EARTH).await.expect("a network");
+        let compaction = Compaction {
+            network: EARTH.to_owned(),
+            oldest: head,
+            base_revision: head,
+            base: body.to_string(),
+        };
+        self.store.compact(&compaction).await.expect("compacted");
     }
 
     async fn widen(&self) {
@@ -191,16 +213,34 @@ async fn what_is_lifted_before_a_network_needs_no_place_on_it() {
     central.put_on_earth(speck()).await;
     north.has("speck").await;
     north.line.cut();
-    let (kind, etag) = (ObjectKind::Zone, Some("*".to_owned()));
-    let (registry, manner) = (&central.registry, manner(etag));
-    let lifted = registry.delete(EARTH, kind, "speck", &manner);
-    lifted.await.expect("lifted");
+    central.lift_on_earth("speck").await;
     central.widen().await;
     central.put_on_earth(on_leg("with")).await;
     north.line.lead_to(Some(&central.registry));
     north.is_on_the_wider().await;
     north.has("with").await;
     assert_eq!((north.sync().nacks, north.line.lists()), (0, 1));
+    north.end().await;
+}
+
+#[tokio::test]
+async fn what_is_absent_from_a_list_needs_no_place_on_its_network() {
+    let central = Central::open().await;
+    let north = Outpost::on_earth(&central).await;
+    for feature in [speck(), on_leg("stays")] {
+        central.put_on_earth(feature).await;
+    }
+    north.has("speck").await;
+    north.has("stays").await;
+    north.line.cut();
+    central.lift_on_earth("speck").await;
+    central.widen().await;
+    central.compact_earth().await;
+    north.line.lead_to(Some(&central.registry));
+    north.is_on_the_wider().await;
+    assert_eq!((north.sync().nacks, north.line.lists()), (0, 2));
+    assert_eq!(north.ids(), ["stays"]);
+    assert!(north.holds().is_empty());
     north.end().await;
 }
 

@@ -1,14 +1,16 @@
 //! Taking over what was judged good: handed to the writer. What is refused is told, and what is stricter of it taken over.
 
 use super::client::RegistryClient;
-use super::followed::{BACKWARDS, Extent, FOREIGN_REGISTRY, RegistryDelta, Rejected};
+use super::followed::{BACKWARDS, Extent, FOREIGN_REGISTRY, RegistryDelta, Rejected, Tombstone};
 use super::follower::bounded;
 use super::task::{Mode, Step, Sync};
-use crate::upstream::RegistryCursor;
+use crate::snapshot::Snapshot;
+use crate::upstream::{RegistryCursor, Upstream, is_after};
 use crate::writer::commands::Command;
-use skyway_contract::{EventKind, Nack};
+use skyway_contract::{EventKind, Nack, ObjectKind};
 use skyway_planted::{self as planted, Bug};
 use skyway_service::refusal::{Code, Refusal};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -77,6 +79,9 @@ impl<C: RegistryClient> Sync<C> {
 
     async fn command(&self, mut followed: RegistryDelta) -> Result<(), Refusal> {
         if let Some(network) = followed.network.take() {
+            if let Some(absent) = absent(&self.edge.snapshot(), &followed) {
+                self.edge.command(Command::Follow(Box::new(absent))).await?;
+            }
             // What takes long of it is not the writer's to do.
             let snapshot = self.edge.snapshot();
             let prepared = self.edge.aside(move || network.prepared_for(&snapshot));
@@ -128,4 +133,43 @@ impl<C: RegistryClient> Sync<C> {
             tracing::warn!(%refusal, "restrictions of the registry could not be taken over");
         }
     }
+}
+
+/// What stands here and is not in the list of all that a registry has, lifted before the network of the list comes, as the
+/// log does it: it may have no place there. None where there is nothing of that, or it is no list.
+fn absent(here: &Snapshot, followed: &RegistryDelta) -> Option<RegistryDelta> {
+    let after = followed.after.clone()?;
+    if followed.extent != Extent::Everything {
+        return None;
+    }
+    let cursor = &followed.cursor;
+    let listed: BTreeSet<&str> = followed.puts.iter().map(|put| &*put.id).collect();
+    let zones = here.zones.iter();
+    let zones = zones.map(|(id, entry)| (ObjectKind::Zone, id, entry.upstream));
+    let closures = here.closures.iter();
+    let closures = closures.map(|(id, entry)| (ObjectKind::Closure, id, entry.upstream));
+    let upstream = Upstream {
+        epoch: cursor.epoch,
+        revision: cursor.revision,
+    };
+    let absent = zones.chain(closures).filter(|(_, id, known)| {
+        known.is_some_and(|known| !is_after(known, cursor)) && !listed.contains(&***id)
+    });
+    let lifts = absent.map(|(kind, id, _)| Tombstone {
+        kind,
+        id: id.clone(),
+        upstream,
+    });
+    let lifts: Vec<Tombstone> = lifts.collect();
+    (!lifts.is_empty()).then(|| RegistryDelta {
+        extent: Extent::Changes,
+        cursor: (*after).clone(),
+        after: Some(after),
+        topology: here.topology().clone(),
+        network: None,
+        superseded: Vec::new(),
+        puts: Vec::new(),
+        lifts,
+        weather: None,
+    })
 }
