@@ -30,7 +30,7 @@ impl Wanted<'_> {
         match files.is_empty() {
             true => Ok(()),
             false => Err(Stop::failed(format!(
-                "no route: there is no plan to write to {}",
+                "there is no plan to write to {}",
                 files.join(" and ")
             ))),
         }
