@@ -222,6 +222,7 @@ pub(crate) fn measure(
             at_s: random.share() * within_s,
             battery: fleet.setting.airframe().full_charge,
             on_ground: true,
+            pad: None,
             flown_m: 0.0,
             drawn: 0.0,
             stretch: None,
@@ -241,6 +242,7 @@ pub(crate) fn measure(
                 at_s: leg.enters_s,
                 battery: leg.battery_before,
                 on_ground: false,
+                pad: None,
                 ..start
             };
             fleet.ask(detours, at_leg, to, &[leg.segment]);

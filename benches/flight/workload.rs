@@ -164,6 +164,7 @@ impl Workload {
             at_s: 0.0,
             battery: 1e3,
             on_ground: false,
+            pad: None,
             flown_m: 0.0,
             drawn: 0.0,
             stretch: None,
