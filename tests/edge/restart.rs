@@ -172,6 +172,40 @@ async fn everything_survives_a_restart() {
     }
 }
 
+#[tokio::test]
+async fn a_zone_with_a_nested_record_can_be_read_after_a_restart() {
+    let disk = MemoryDisk::default();
+    let stage = Stage::over(disk.open()).await;
+    let nested = |depth: usize| {
+        let mut zone = circle("z", 650.0, 0.0, 10.0);
+        let record = (1..depth).fold(json!({}), |record, _| json!({"a": record}));
+        zone["properties"]["record"] = record;
+        zone
+    };
+    let write = ZoneWrite::default();
+    let put = stage
+        .edge
+        .create_zone(&stage.caller, nested(122), write, Idempotency::default());
+    assert_eq!(put.await.expect_err("refused").code, Code::ZoneInvalid);
+    // What a report brings is proposed where it can be read.
+    let body = |depth| json!({"type": "regulatory", "service": {"from": "a3", "to": "a4"}, "destination": "a7", "zone": nested(depth)});
+    let proposals = || {
+        let proposals = stage.edge.proposals(&stage.caller, &PageRequest::default());
+        let proposals = proposals.expect("proposals").proposals.into_iter();
+        proposals.filter(|it| it.zone.is_some()).count()
+    };
+    stage.answer(body(116)).await;
+    assert_eq!(proposals(), 0);
+    stage.answer(body(32)).await;
+    assert_eq!(proposals(), 1);
+    stage.zone(nested(32)).await;
+    let before = told(&stage);
+    stage.edge.end().await;
+    let stage = stage.again(disk.open()).await;
+    pretty_assertions(&before, &told(&stage));
+    stage.edge.zone(&stage.caller, "z").expect("it stands");
+}
+
 fn pretty_assertions(before: &Value, after: &Value) {
     let lines = |value| serde_json::to_string_pretty(value).expect("JSON");
     let (before, after) = (lines(before), lines(after));

@@ -312,6 +312,17 @@ fn properties_are_read_strictly() {
         "zone_too_many_windows",
         "/properties/windows",
     );
+    let nested = |depth: usize| {
+        let record = (1..depth).fold(json!({}), |record, _| json!({"a": record}));
+        with_properties(json!({"record": record}))
+    };
+    assert_refused(
+        &nested(33),
+        &Frame::Planar,
+        "zone_text_too_long",
+        "/properties/record",
+    );
+    zone_from_feature(&nested(32), ZoneId::Stated, &Frame::Planar).expect("a zone");
     let found = problems(&with_properties(json!({"uper_m": 5})), &Frame::Planar);
     let text = "properties/uper_m: nothing is known of a field 'uper_m' (zone_unknown_field); \
                 did you mean 'upper_m'?";

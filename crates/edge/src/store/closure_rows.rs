@@ -8,7 +8,7 @@ use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use skyway_contract::{Author, Fault};
-use skyway_engine::airspace::{Cause, Closure, Hits, Window, Zone};
+use skyway_engine::airspace::{Cause, Closure, Hits, MAX_RECORD_DEPTH, Window, Zone, record_depth};
 use skyway_engine::flight::FailureType;
 use skyway_engine::network::Topology;
 use skyway_formats::{ZoneId, zone_from_feature, zone_to_feature};
@@ -42,7 +42,7 @@ pub(super) fn read_zone(
     body: &str,
 ) -> Result<(ZoneEntry, Closure), StoreFault> {
     let stored: StoredZone = read("zone", key, body)?;
-    let zone = Arc::new(zone_of(topology, key, &stored.zone)?);
+    let zone = Arc::new(zone_of(topology, key, stored.zone)?);
     let entry = ZoneEntry {
         zone: zone.clone(),
         version: stored.version,
@@ -52,8 +52,16 @@ pub(super) fn read_zone(
     Ok((entry, Closure::of_zone(topology, zone)))
 }
 
-fn zone_of(topology: &Topology, key: &str, feature: &Value) -> Result<Zone, StoreFault> {
-    let zone = zone_from_feature(feature, ZoneId::Fixed(key), topology.frame());
+fn zone_of(topology: &Topology, key: &str, mut feature: Value) -> Result<Zone, StoreFault> {
+    // Earlier versions took deeper records. Nothing acts on one, and the zone has to close all the same.
+    let properties = feature.get_mut("properties").and_then(Value::as_object_mut);
+    if let Some(properties) = properties
+        && let Some(record) = properties.get("record")
+        && record_depth(&record.to_string()) > MAX_RECORD_DEPTH
+    {
+        properties.remove("record");
+    }
+    let zone = zone_from_feature(&feature, ZoneId::Fixed(key), topology.frame());
     zone.map_err(|problems| {
         let first = problems.first().map(ToString::to_string);
         let first = first.unwrap_or_default();
@@ -108,7 +116,7 @@ impl StoredClosure {
     fn into_closure(self, names: Names<'_>) -> Result<Closure, StoreFault> {
         let cause = match self.cause {
             StoredCause::Zone(feature) => {
-                let zone = zone_of(names.0, &self.id, &feature)?;
+                let zone = zone_of(names.0, &self.id, feature)?;
                 return Ok(Closure::of_zone(names.0, Arc::new(zone)));
             }
             StoredCause::Report(report) => Cause::Report { report },

@@ -23,7 +23,9 @@ pub use lists::Lists;
 pub use schedule::{DailyPeriod, DayTime, Days, MAX_PERIODS, Recurrence};
 pub use snapshot::{Airspace, Change};
 pub use sun::SunEvent;
-pub use terms::{MAX_RECORD_BYTES, ZoneKind, ZoneSource, ZoneTerms};
+pub use terms::{
+    MAX_RECORD_BYTES, MAX_RECORD_DEPTH, ZoneKind, ZoneSource, ZoneTerms, record_depth,
+};
 pub use zone::{
     DEFAULT_MARGIN_M, MAX_ID_BYTES, MAX_MARGIN_M, MAX_TEXT_BYTES, MAX_WINDOWS, Window,
     WindowReversed, Zone, ZoneDraft, ZoneFault, ZoneText,

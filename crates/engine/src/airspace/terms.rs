@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 /// At most this many bytes in the record of a zone.
 pub const MAX_RECORD_BYTES: usize = 65_536;
+/// At most this many objects and lists within one another in it: what is written around it has to be read again.
+pub const MAX_RECORD_DEPTH: usize = 32;
 
 /// What a zone means for a drone: the types of ED-269 and ED-318.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -83,5 +85,47 @@ impl ZoneTerms {
     /// Whether drones are led around the zone.
     pub const fn closes(&self) -> bool {
         self.kind.closes() && !self.is_authorized
+    }
+
+    /// How deep its record is nested, where that is too deep.
+    pub(super) fn too_deep(&self) -> Option<usize> {
+        let depth = record_depth(self.record.as_deref()?);
+        (depth > MAX_RECORD_DEPTH).then_some(depth)
+    }
+}
+
+/// How many objects and lists of a JSON text lie within one another.
+pub fn record_depth(json: &str) -> usize {
+    let (mut depth, mut deepest) = (0_usize, 0);
+    let (mut is_text, mut is_escaped) = (false, false);
+    for byte in json.bytes() {
+        match byte {
+            _ if is_escaped => is_escaped = false,
+            b'\\' => is_escaped = is_text,
+            b'"' => is_text = !is_text,
+            b'{' | b'[' if !is_text => {
+                depth += 1;
+                deepest = deepest.max(depth);
+            }
+            b'}' | b']' if !is_text => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+    }
+    deepest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn brackets_in_texts_are_no_depth() {
+        for (json, depth) in [
+            ("{}", 1),
+            (r#"{"a": [{}, [[]]], "b": {}}"#, 4),
+            (r#"{"[{": "\\\"[[{", "a": "\\", "b": [1]}"#, 2),
+        ] {
+            assert_eq!(record_depth(json), depth, "{json}");
+        }
     }
 }

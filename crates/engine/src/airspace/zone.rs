@@ -5,7 +5,7 @@
 
 use super::schedule::{DailyPeriod, Days, MAX_PERIODS, Recurrence, merged};
 use super::sun::Extent;
-use super::terms::{MAX_RECORD_BYTES, ZoneKind, ZoneTerms};
+use super::terms::{MAX_RECORD_BYTES, MAX_RECORD_DEPTH, ZoneKind, ZoneTerms};
 use super::zone_geometry::{GeometryError, ZoneGeometry};
 use crate::geo::{Altitude, AltitudeBand, Frame, Point, PreparedShape};
 use jiff::{SignedDuration, Timestamp};
@@ -170,6 +170,9 @@ pub enum ZoneFault {
         /// How long it may be.
         limit: usize,
     },
+    /// The record is nested deeper than [`MAX_RECORD_DEPTH`].
+    #[error("record is nested {0} deep, more than the {limit} allowed", limit = MAX_RECORD_DEPTH)]
+    RecordTooDeep(usize),
     /// The geometry is not valid.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
@@ -451,6 +454,7 @@ fn check_texts(draft: &ZoneDraft, faults: &mut Vec<ZoneFault>) {
             faults.push(ZoneFault::TextTooLong { text, bytes, limit });
         }
     }
+    faults.extend(draft.terms.too_deep().map(ZoneFault::RecordTooDeep));
 }
 
 fn check_schedules(terms: &ZoneTerms, frame: &Frame, faults: &mut Vec<ZoneFault>) {

@@ -282,7 +282,7 @@ fn told_fault(fault: &ZoneFault, shape: &ZoneGeometry, zone: &str, layer: &str) 
             (code, hint, format!("{layer}{}", steps.collect::<String>()))
         }
         ZoneFault::EmptyId => (ZoneCode::IdEmpty, None, zone.to_owned()),
-        ZoneFault::TextTooLong { .. } => {
+        ZoneFault::TextTooLong { .. } | ZoneFault::RecordTooDeep(_) => {
             (ZoneCode::TextTooLong, Some("shorten it"), zone.to_owned())
         }
         ZoneFault::AltitudeNotFinite => (ZoneCode::AltitudeInvalid, None, layer.to_owned()),

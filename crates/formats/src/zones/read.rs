@@ -295,6 +295,7 @@ fn zone_problem(fault: &ZoneFault, geometry: &ZoneGeometry, feature: &Place<'_>)
             text: ZoneText::Id, ..
         } => (ZoneCode::TextTooLong, feature.member("id").pointer()),
         ZoneFault::TextTooLong { text, .. } => (ZoneCode::TextTooLong, property(text.field())),
+        ZoneFault::RecordTooDeep(_) => (ZoneCode::TextTooLong, property("record")),
         ZoneFault::AltitudeNotFinite => (ZoneCode::AltitudeInvalid, property("upper_m")),
         ZoneFault::BandReversed { .. } => (ZoneCode::BandReversed, property("lower_m")),
         ZoneFault::TooManyWindows { .. } => (ZoneCode::TooManyWindows, property("windows")),
