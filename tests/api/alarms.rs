@@ -110,10 +110,25 @@ async fn an_answer_without_a_way_raises_one_alarm_until_it_is_acknowledged() {
         1
     );
     assert!(alarms(&api, "?kind=lost").await.is_empty());
+    // Nothing ends it, as it is about no plan: the next time is told anew.
+    api.post("/v1/failures", &report("drone-7")).await.is(200);
+    let raised = alarms(&api, "?kind=no_route&acknowledged=false").await;
+    assert_eq!(raised.len(), 1, "{raised:?}");
+    assert_eq!(raised[0]["count"], 1, "{raised:?}");
+    let former = alarms(&api, "?acknowledged=true").await;
+    assert!(former[0]["ended_at"].is_string(), "{former:?}");
     let told = kinds_of_events(&api).await;
     let told = told.iter().filter(|(kind, _)| kind.starts_with("alarm_"));
     let told: Vec<&str> = told.map(|(kind, _)| kind.as_str()).collect();
-    assert_eq!(told, ["alarm_raised", "alarm_acknowledged"]);
+    assert_eq!(
+        told,
+        [
+            "alarm_raised",
+            "alarm_acknowledged",
+            "alarm_ended",
+            "alarm_raised"
+        ]
+    );
 
     assert_eq!(
         api.post("/v1/alarms/alarm-7-999/acknowledge", &Value::Null)

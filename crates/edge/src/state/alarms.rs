@@ -44,14 +44,21 @@ pub(super) const AT_THE_END: [AlarmKind; 7] = [
 
 impl State {
     /// Alarms an operator. The same alarm again, of one kind about one thing, renews the one there is; it is told and
-    /// has to be acknowledged anew only where its causes are others.
+    /// has to be acknowledged anew only where its causes are others. What is about no plan has no end that could be
+    /// seen: where it was acknowledged, the same again is another alarm.
     pub(super) fn raise_alarm(&mut self, draft: AlarmDraft, now: Timestamp) -> Arc<AlarmEntry> {
         let key = (draft.kind, draft.subject());
         let open = self.open_alarms.get(&key);
         let standing = open
             .and_then(|number| self.next.alarms.get(number))
             .cloned();
-        if let Some(standing) = standing {
+        let is_over =
+            |standing: &Arc<AlarmEntry>| draft.plan.is_none() && standing.acknowledged.is_some();
+        if let Some(standing) = &standing
+            && is_over(standing)
+        {
+            self.end_alarm(standing);
+        } else if let Some(standing) = standing {
             let is_as_told = standing.draft.causes == draft.causes;
             let acknowledged = standing.acknowledged.clone().filter(|_| is_as_told);
             return self.keep_alarm(
@@ -173,13 +180,17 @@ impl State {
                 continue;
             };
             if let Some(standing) = self.next.alarms.get(&number).cloned() {
-                let ended = AlarmEntry {
-                    ended_at: Some(self.now),
-                    ..(*standing).clone()
-                };
-                self.keep_alarm(ended, Some(EventKind::AlarmEnded));
+                self.end_alarm(&standing);
             }
         }
+    }
+
+    fn end_alarm(&mut self, standing: &AlarmEntry) {
+        let ended = AlarmEntry {
+            ended_at: Some(self.now),
+            ..standing.clone()
+        };
+        self.keep_alarm(ended, Some(EventKind::AlarmEnded));
     }
 
     /// A drone has another plan: what alarms about plans that are forgotten were about, such as of one that a new network has
