@@ -1,9 +1,10 @@
-//! Feeds of zones that are imported while the network changes.
+//! Feeds of zones that are imported while the network changes, and what they have no more.
 
 use crate::stage::{Stage, circle, loaded};
 use crate::topology::renumbered;
-use serde_json::json;
+use serde_json::{Value, json};
 use skyway::edge::{Decision, FeedImport, PageRequest};
+use skyway::wire;
 
 #[tokio::test]
 async fn a_feed_that_is_read_on_the_old_network_closes_the_same_places_of_the_new() {
@@ -37,4 +38,49 @@ async fn a_feed_that_is_read_on_the_old_network_closes_the_same_places_of_the_ne
             assert_eq!(closure.expect("in force").segments, [segment]);
         }
     }
+}
+
+/// Imports a feed of this many zones beside each other, and of some that are refused.
+async fn import(stage: &Stage, sound: usize, refused: &[usize]) -> wire::ImportCounts {
+    let zone = |number: usize| circle(&format!("z{number}"), 5.0 * number as f64, 50.0, 1.0);
+    let odd = |number: &usize| {
+        let mut zone = zone(*number);
+        zone["properties"]["upper_m"] = json!("high");
+        zone
+    };
+    let zones: Vec<Value> = (0..sound)
+        .map(zone)
+        .chain(refused.iter().map(odd))
+        .collect();
+    let feed = json!({"type": "FeatureCollection", "features": zones}).to_string();
+    let import = FeedImport {
+        feed: "city".to_owned(),
+        ..FeedImport::default()
+    };
+    let told = stage.edge.import_zones(&stage.caller, feed, import);
+    told.await.expect("imported").counts
+}
+
+fn standing(stage: &Stage) -> usize {
+    stage.edge.snapshot().airspace().closures().count()
+}
+
+fn holds(stage: &Stage) -> Vec<wire::Hold<'static>> {
+    let held = stage.edge.holds(&stage.caller, &PageRequest::default());
+    held.expect("holds").holds
+}
+
+#[tokio::test]
+async fn held_removals_wait_also_where_the_feed_has_some_of_them_again() {
+    let stage = Stage::set();
+    import(&stage, 50, &[]).await;
+    assert_eq!(import(&stage, 38, &[]).await.held, 12);
+    let counts = import(&stage, 41, &[]).await;
+    assert_eq!((counts.held, counts.removed), (9, 0), "{counts:?}");
+    let held = holds(&stage);
+    assert_eq!((held.len(), held[0].closure_count), (1, 9), "{held:?}");
+    assert_eq!(standing(&stage), 50);
+    // What waits makes no further removals many.
+    let counts = import(&stage, 40, &[]).await;
+    assert_eq!((counts.held, counts.removed), (9, 1), "{counts:?}");
 }

@@ -129,6 +129,7 @@ impl FeedChanges {
         let of_feed: Vec<(&Arc<str>, &Arc<ZoneEntry>)> = of_feed
             .filter(|(_, entry)| feed_name(entry) == Some(&*update.feed))
             .collect();
+        let waiting = held_of(snapshot, &update.feed);
         for (id, entry) in &of_feed {
             if ids.contains(&***id) {
                 continue;
@@ -138,6 +139,11 @@ impl FeedChanges {
             let action = match is_refused || update.has_nameless {
                 true => ImportAction::Kept,
                 false => ImportAction::Removed,
+            };
+            // What an operator has yet to decide on stays so, however little the feed lacks by now.
+            let action = match action == ImportAction::Removed && waiting.contains(&***id) {
+                true => ImportAction::Held,
+                false => action,
             };
             self.absent.push(((*id).clone(), action));
         }
@@ -159,6 +165,14 @@ impl FeedChanges {
             .filter(|action| **action == wanted)
             .count()
     }
+}
+
+/// The zones of a feed whose removals wait for an operator.
+fn held_of<'a>(snapshot: &'a Snapshot, feed: &str) -> BTreeSet<&'a str> {
+    let holds = snapshot.holds.values();
+    let of_feed = holds.filter(|hold| feed_of(&hold.origin) == Some(feed));
+    let ids = of_feed.flat_map(|hold| hold.lifts.iter());
+    ids.map(String::as_str).collect()
 }
 
 fn feed_name(entry: &ZoneEntry) -> Option<&str> {
