@@ -84,3 +84,20 @@ async fn held_removals_wait_also_where_the_feed_has_some_of_them_again() {
     let counts = import(&stage, 40, &[]).await;
     assert_eq!((counts.held, counts.removed), (9, 1), "{counts:?}");
 }
+
+#[tokio::test]
+async fn a_zone_that_the_feed_has_again_is_not_lifted_though_it_is_refused() {
+    let stage = Stage::set();
+    import(&stage, 50, &[]).await;
+    import(&stage, 38, &[]).await;
+    let counts = import(&stage, 38, &[40, 41]).await;
+    assert_eq!((counts.kept, counts.held), (2, 10), "{counts:?}");
+    let held = holds(&stage);
+    assert_eq!(held[0].closure_count, 10, "{held:?}");
+    let released = stage
+        .edge
+        .decide_hold(&stage.caller, &held[0].id, Decision::Accept);
+    released.await.expect("released");
+    assert_eq!(standing(&stage), 40);
+    stage.edge.zone(&stage.caller, "z40").expect("kept");
+}

@@ -204,6 +204,14 @@ impl State {
         for place in &changes.new_proposals {
             self.propose(update.outlines[*place].clone());
         }
+        let of_feed = held_of(&self.next, &update.feed);
+        let kept = changes.absent.iter();
+        let kept =
+            kept.filter(|(id, action)| *action == ImportAction::Kept && of_feed.contains(&**id));
+        let again: Vec<Arc<str>> = kept.map(|(id, _)| id.clone()).collect();
+        for id in again {
+            self.release_from_holds(&id);
+        }
         let waiting = self.held_ids();
         let mut held = Vec::new();
         for (id, action) in &changes.absent {
