@@ -366,13 +366,16 @@ impl State {
             Cause::Report { .. } | Cause::Operator { .. } => {
                 let entry = confirmed_closure(&proposal);
                 let standing = self.next.closures.get(entry.closure.id.as_str());
-                match standing.map(|standing| standing.upstream) {
-                    Some(upstream) => {
+                match standing.cloned() {
+                    Some(standing) => {
+                        // It opens nothing that is closed for longer by now.
+                        let until = standing.until.zip(entry.until);
+                        let until = until.map(|(one, other)| one.max(other));
                         let version = self.write_number();
                         self.keep_own(ClosureEntry {
                             version,
-                            upstream,
-                            ..entry
+                            upstream: standing.upstream,
+                            ..with_end(entry, until)
                         });
                     }
                     None => {
