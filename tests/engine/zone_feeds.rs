@@ -108,6 +108,27 @@ fn a_schedule_is_followed_for_weeks_from_one_change_to_the_next() {
     assert!(now > begin + SignedDuration::from_hours(24 * 40));
 }
 
+/// From a Monday to a Friday, on Saturdays only.
+#[test]
+fn a_schedule_that_never_counts_closes_at_no_time() {
+    let airspace = sydney();
+    let feature = r#"{"type": "Feature", "id": "z", "geometry": {"type": "Point", "coordinates": [151.2093, -33.8688]},
+        "properties": {"radius_m": 400, "windows": [{"from": "2026-11-30T00:00:00Z", "until": "2026-12-04T23:00:00Z",
+        "schedule": [{"days": ["sat"], "from": "10:00+02:00", "until": "12:00+02:00"}]}]}}"#;
+    let feed = read(feature, &airspace);
+    let zone = Arc::new(zones(&feed)[0].clone());
+    let closure = Arc::new(Closure::of_zone(airspace.topology(), zone.clone()));
+    for day in [29, 30] {
+        let now = format!("2026-11-{day}T12:00:00Z");
+        let now: Timestamp = now.parse().expect("an instant");
+        let airspace = airspace.apply(&[Change::Put(closure.clone())], now);
+        assert!(!airspace.is_in_force("z"), "{now}");
+        assert!(!zone.counts_at(now, SignedDuration::from_hours(1)), "{now}");
+        let held = airspace.closure("z").expect("it is held");
+        assert_eq!(airspace.closes_from(held, now), None);
+    }
+}
+
 /// A volume as ED-269 has it.
 fn volume(upper: &str, projection: &str) -> String {
     format!(

@@ -145,8 +145,13 @@ impl Recurrence {
     }
 }
 
-/// Windows in their order, with those that share an instant made one.
+/// Windows of something that recurs in their order, with those that share an instant made one.
+///
+/// There always is one: without any it would count at all times, so one that is long over stands for none.
 pub(super) fn merged(mut windows: Vec<Window>) -> Vec<Window> {
+    if windows.is_empty() {
+        windows.push(spanning(Timestamp::MIN, Timestamp::UNIX_EPOCH));
+    }
     windows.sort_unstable_by_key(|window| (window.from(), window.until().is_none()));
     let mut merged: Vec<Window> = Vec::with_capacity(windows.len());
     for window in windows {
