@@ -3,7 +3,9 @@
 use crate::stage::{Stage, circle, loaded};
 use crate::topology::renumbered;
 use serde_json::{Value, json};
-use skyway::edge::{Decision, FeedImport, PageRequest};
+use skyway::edge::{
+    Code, Decision, FeedImport, Idempotency, PageRequest, Refusal, Settings, ZoneWrite,
+};
 use skyway::wire;
 
 #[tokio::test]
@@ -100,4 +102,61 @@ async fn a_zone_that_the_feed_has_again_is_not_lifted_though_it_is_refused() {
     released.await.expect("released");
     assert_eq!(standing(&stage), 40);
     stage.edge.zone(&stage.caller, "z40").expect("kept");
+}
+
+/// What is said to a zone: to its check, to its preview, and to itself.
+async fn said(stage: &Stage, id: &str) -> [Option<Code>; 3] {
+    let zone = || circle(id, 50.0, 50.0, 1.0);
+    let create = |validate_only| {
+        let write = ZoneWrite {
+            validate_only,
+            ..ZoneWrite::default()
+        };
+        stage
+            .edge
+            .create_zone(&stage.caller, zone(), write, Idempotency::default())
+    };
+    let code = |refusal: Refusal| refusal.code;
+    let checked = create(true).await.err().map(code);
+    let seen = stage.edge.preview_zone(&stage.caller, zone()).await;
+    [
+        checked,
+        seen.err().map(code),
+        create(false).await.err().map(code),
+    ]
+}
+
+#[tokio::test]
+async fn a_preview_is_refused_what_is_refused_afterwards() {
+    let settings = Settings {
+        zones_max: 2,
+        ..Settings::default()
+    };
+    let stage = Stage::with(settings);
+    let draft = json!({"id": "works", "segments": ["a2-a3"]});
+    let draft = serde_json::from_value(draft).expect("a draft");
+    let closed = stage
+        .edge
+        .close(&stage.caller, draft, Idempotency::default());
+    closed.await.expect("a closure");
+    assert_eq!(said(&stage, "works").await, [Some(Code::AlreadyExists); 3]);
+    for id in ["one", "two"] {
+        assert_eq!(said(&stage, id).await, [None; 3], "{id}");
+    }
+    assert_eq!(said(&stage, "three").await, [Some(Code::LimitReached); 3]);
+    // Another version of one that stands needs no room.
+    let seen = stage
+        .edge
+        .preview_zone(&stage.caller, circle("one", 50.0, 0.0, 1.0));
+    seen.await.expect("a preview");
+    for validate_only in [true, false] {
+        let import = FeedImport {
+            feed: "city".to_owned(),
+            validate_only,
+            ..FeedImport::default()
+        };
+        let feed = circle("three", 50.0, 50.0, 1.0).to_string();
+        let told = stage.edge.import_zones(&stage.caller, feed, import).await;
+        assert_eq!(told.expect_err("full").code, Code::LimitReached);
+    }
 }

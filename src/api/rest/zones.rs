@@ -156,7 +156,9 @@ pub(super) async fn delete_zone(
     ),
     responses(
         (status = 200, description = "What it would do.", body = ZoneAck),
+        (status = 409, response = refusals::Conflict),
         (status = 422, response = refusals::UnprocessableContent),
+        (status = 429, response = refusals::TooManyRequests),
     ),
 )]
 pub(super) async fn preview_zone(

@@ -36,14 +36,7 @@ impl State {
         let upstream = standing.and_then(|entry| entry.upstream);
         check_expected(expected, current, self.next.lineage, "zone", &id)?;
         if current.is_none() {
-            self.check_new_id("zone", &id)?;
-            if self.next.zones.len() >= self.settings.zones_max {
-                let detail = format!(
-                    "there are {} zones, as many as this edge holds",
-                    self.settings.zones_max
-                );
-                return Err(Refusal::new(Code::LimitReached, detail));
-            }
+            check_new_zone(&self.next, self.settings.zones_max, &id)?;
         }
         let version = self.write_number();
         self.place_zone(&closure, version, upstream);
@@ -104,7 +97,7 @@ impl State {
 
     pub(super) fn put_closure(&mut self, mut entry: ClosureEntry) -> Result<Done, Refusal> {
         let id: Arc<str> = Arc::from(entry.closure.id.as_str());
-        self.check_new_id("closure", &id)?;
+        check_new_id(&self.next, "closure", &id)?;
         if self.next.closures.len() >= self.settings.closures_max {
             let detail = format!(
                 "there are {} closures, as many as this edge holds",
@@ -127,23 +120,6 @@ impl State {
         let entry = self.keep_closure(entry);
         self.forward_closure(&entry);
         entry
-    }
-
-    /// Zones and closures share one space of ids: both close things under theirs.
-    fn check_new_id(&self, what: &str, id: &str) -> Result<(), Refusal> {
-        let other = match (self.next.zones.get(id), self.next.closures.get(id)) {
-            (Some(zone), _) => Some(("zone", zone.version)),
-            (_, Some(closure)) => Some(("closure", closure.version)),
-            (None, None) => None,
-        };
-        match other {
-            None => Ok(()),
-            Some((kind, version)) => {
-                let detail =
-                    format!("a {kind} has the id '{id}' already; give the {what} another one");
-                Err(Refusal::new(Code::AlreadyExists, detail).with_etag(self.next.etag(version)))
-            }
-        }
     }
 
     pub(super) fn keep_closure(&mut self, entry: ClosureEntry) -> Arc<ClosureEntry> {
@@ -386,6 +362,32 @@ impl State {
         }
         self.drop_proposal(number, "accepted");
         Ok(Done::Proposal(proposal))
+    }
+}
+
+/// Whether there may be a new zone of this id, by the ids there are and by how many zones there are.
+pub(crate) fn check_new_zone(next: &Snapshot, zones_max: usize, id: &str) -> Result<(), Refusal> {
+    check_new_id(next, "zone", id)?;
+    if next.zones.len() >= zones_max {
+        let detail = format!("there are {zones_max} zones, as many as this edge holds");
+        return Err(Refusal::new(Code::LimitReached, detail));
+    }
+    Ok(())
+}
+
+/// Zones and closures share one space of ids: both close things under theirs.
+fn check_new_id(next: &Snapshot, what: &str, id: &str) -> Result<(), Refusal> {
+    let other = match (next.zones.get(id), next.closures.get(id)) {
+        (Some(zone), _) => Some(("zone", zone.version)),
+        (_, Some(closure)) => Some(("closure", closure.version)),
+        (None, None) => None,
+    };
+    match other {
+        None => Ok(()),
+        Some((kind, version)) => {
+            let detail = format!("a {kind} has the id '{id}' already; give the {what} another one");
+            Err(Refusal::new(Code::AlreadyExists, detail).with_etag(next.etag(version)))
+        }
     }
 }
 

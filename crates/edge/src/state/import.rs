@@ -156,6 +156,18 @@ impl FeedChanges {
         }
     }
 
+    /// Whether the zones there would be are not too many.
+    pub(crate) fn check_room(&self, snapshot: &Snapshot, limit: usize) -> Result<(), Refusal> {
+        let count = snapshot.zones.len() + self.count(ImportAction::Created);
+        if count > limit {
+            let detail = format!(
+                "with this feed there would be {count} zones, and this edge holds {limit}; raise airspace.zones_max"
+            );
+            return Err(Refusal::new(Code::LimitReached, detail));
+        }
+        Ok(())
+    }
+
     /// To how many zones something is done.
     pub(crate) fn count(&self, wanted: ImportAction) -> usize {
         let brought = self.brought.iter().map(|(_, action)| action);
@@ -183,14 +195,7 @@ fn feed_name(entry: &ZoneEntry) -> Option<&str> {
 impl State {
     pub(super) fn import_zones(&mut self, update: &FeedUpdate) -> Result<Done, Refusal> {
         let changes = FeedChanges::of(&self.next, update);
-        let limit = self.settings.zones_max;
-        let count = self.next.zones.len() + changes.count(ImportAction::Created);
-        if count > limit {
-            let detail = format!(
-                "with this feed there would be {count} zones, and this edge holds {limit}; raise airspace.zones_max"
-            );
-            return Err(Refusal::new(Code::LimitReached, detail));
-        }
+        changes.check_room(&self.next, self.settings.zones_max)?;
         for (place, action) in &changes.brought {
             let closure = &update.puts[*place];
             self.release_from_holds(&closure.id);

@@ -30,6 +30,8 @@ mod timers;
 mod topology;
 mod versions;
 
+pub(crate) use airspace::check_new_zone;
+
 use crate::drones::Drones;
 use crate::events::Happening;
 use crate::failures::guard::Guard;

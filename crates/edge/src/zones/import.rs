@@ -197,6 +197,7 @@ impl Edge {
         self.aside(move || {
             let ReadFeed { feed, update, on } = read;
             let changes = FeedChanges::of(&on, &update);
+            changes.check_room(&on, edge.settings.zones_max)?;
             let brought: Vec<Arc<Closure>> = changes
                 .brought
                 .iter()

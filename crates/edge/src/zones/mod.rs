@@ -14,7 +14,7 @@ use crate::entries::ZoneEntry;
 use crate::plans::fleet::{self, Detour, DetourMeans};
 use crate::replies::Idempotency;
 use crate::snapshot::Snapshot;
-use crate::state::check_expected;
+use crate::state::{check_expected, check_new_zone};
 use crate::writer::commands::{Command, Done, Outcome, unexpected};
 use crate::{Edge, views};
 use serde_json::Value;
@@ -336,6 +336,10 @@ impl Edge {
         read: ReadZone,
         version: Option<u64>,
     ) -> Result<wire::ZoneAck<'static>, Refusal> {
+        let (id, zones) = (&*read.closure.id, &read.on.zones);
+        if !zones.contains_key(id) {
+            check_new_zone(&read.on, self.settings.zones_max, id)?;
+        }
         let edge = self.clone();
         self.aside(move || {
             let ReadZone {
