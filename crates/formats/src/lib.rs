@@ -79,6 +79,6 @@ pub use twice::members_twice;
 pub use weather::wind_field;
 pub use wire_terms::IntoTerm;
 pub use zones::{
-    MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, miss_hint, read_zones, write_zones,
-    zone_from_feature, zone_to_feature,
+    MAX_ZONE_PROBLEMS, ZoneCode, ZoneId, ZoneProblem, is_path_step, miss_hint, read_zones,
+    write_zones, zone_from_feature, zone_to_feature,
 };

@@ -17,6 +17,10 @@ fn what_cannot_be_believed_is_told_and_some_of_it_makes_a_report_doubtful() {
     let ok = |codes: &str| format!("{calm} {codes}").trim_end().to_owned();
     let doubtful = |codes: &str| format!("{calm} doubtful: {codes}");
     let drone = |name: &str, value: f64| with("drone", json!({name: value}));
+    let named = |id: &str| {
+        let place = json!({"type": "Point", "coordinates": [900, 900]});
+        json!({"type": "Feature", "id": id, "geometry": place, "properties": {"radius_m": 1}})
+    };
     let cases = [
         (at("2026-11-27T18:00:05Z"), ok("")),
         (at("2026-11-27T18:00:06Z"), doubtful("timestamp_doubtful")),
@@ -47,6 +51,8 @@ fn what_cannot_be_believed_is_told_and_some_of_it_makes_a_report_doubtful() {
         ),
         (with("type", Value::Null), ok("missing_failure_type")),
         (with("zone", json!({})), ok("zone_ignored")),
+        (with("zone", named("..")), ok("zone_ignored")),
+        (with("zone", named("...")), ok("")),
         (
             with("close", json!(["Q", "A", ["A", "B"], ["A", "E"]])),
             ok("close_ignored"),

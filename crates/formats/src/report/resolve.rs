@@ -21,7 +21,7 @@ use crate::network::{NodeIx, Topology};
 use crate::recompose::{BroughtZone, OFF_LEG_TOLERANCE_M, Parameters, Request};
 use crate::wire;
 use crate::wire_terms::IntoTerm;
-use crate::zones::{ZoneId, zone_from_feature};
+use crate::zones::{ZoneId, is_path_step, zone_from_feature};
 use jiff::Timestamp;
 use serde_json::Value;
 use std::sync::Arc;
@@ -390,6 +390,14 @@ fn settle_zone(
             return None;
         }
     };
+    if is_path_step(zone.id()) {
+        let message = format!(
+            "/zone/id: the id '{}' cannot stand in an address (zone_id_invalid)",
+            zone.id()
+        );
+        warnings.push(ReadWarning::new("zone_ignored", message));
+        return None;
+    }
     if !zone.counts_at(airspace.as_of(), airspace.horizon()) {
         let message = "the zone brought is not active within the planning horizon";
         warnings.push(ReadWarning::new("zone_not_active", message));

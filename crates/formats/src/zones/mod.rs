@@ -41,7 +41,7 @@ pub(crate) use geometry::code_and_hint;
 pub use miss::miss_hint;
 pub(crate) use problem::Problems;
 pub use problem::{MAX_ZONE_PROBLEMS, ZoneCode, ZoneProblem};
-pub use read::{ZoneId, read_zones, zone_from_feature};
+pub use read::{ZoneId, is_path_step, read_zones, zone_from_feature};
 pub(crate) use terms::record_of;
 pub(crate) use windows::{DAYS, clock_text, clock_time};
 pub use write::{write_zones, zone_to_feature};

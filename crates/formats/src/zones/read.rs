@@ -229,6 +229,11 @@ fn read_id(members: &Members<'_>, id: ZoneId<'_>, problems: &mut Problems) -> Op
     }
 }
 
+/// Whether an id is a step of a path: addresses are made without such steps, and lead to another thing.
+pub fn is_path_step(id: &str) -> bool {
+    matches!(id, "." | "..")
+}
+
 /// The property `radius_m`, which a point has to have and nothing else may.
 fn read_radius(properties: &Members<'_>, geometry: &Value, problems: &mut Problems) -> Option<f64> {
     let is_point = geometry.get("type").and_then(Value::as_str) == Some("Point");

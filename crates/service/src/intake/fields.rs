@@ -1,6 +1,6 @@
 //! Fields of operators' bodies, read strictly: what is wrong is told with its place and a hint.
 
-use crate::formats::nearest;
+use crate::formats::{is_path_step, nearest};
 use crate::network::{NodeIx, SegmentIx, Topology};
 use crate::refusal::{Code, Refusal};
 use crate::wire::{Fault, Id};
@@ -121,7 +121,7 @@ impl Faults {
 
     /// An id that is a step of a path: addresses are made without such steps, and lead to another thing.
     pub(super) fn no_step(&mut self, code: &str, pointer: &str, id: &str) {
-        if matches!(id, "." | "..") {
+        if is_path_step(id) {
             let message = format!("the id '{id}' cannot stand in an address");
             let hint = "give it one with a letter or a digit".to_owned();
             self.add(code, pointer, message, Some(hint));
