@@ -39,6 +39,12 @@ class Page:
     def rows(self, name: str) -> list:
         return self.browser.find_elements(By.CSS_SELECTOR, f"#{name} li")
 
+    def sought(self, words: str) -> None:
+        """Seeks words in the list of zones."""
+        find = self.find("#zones-find")
+        find.clear()
+        find.send_keys(words)
+
     def until(self, what: str, test) -> None:
         """Waits until something holds; what it waited for is told where it never does."""
         WebDriverWait(self.browser, PATIENCE_S, poll_frequency=0.05).until(lambda _: test(), what)

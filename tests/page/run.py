@@ -73,9 +73,7 @@ def zones_beyond_the_first_are_found_and_lifted(edge: Edge, page: Page) -> None:
     page.until("what opens is named", lambda: "segment" in page.text("#lift-effect"))
     page.find("#lift-now").click()
     page.until("it is lifted", lambda: not edge.has_zone(last))
-    find = page.find("#zones-find")
-    find.clear()
-    find.send_keys(" ")
+    page.sought(" ")
 
 
 def a_click_alone_lifts_nothing(edge: Edge, page: Page) -> None:
@@ -140,6 +138,21 @@ def an_edge_that_hangs_is_told_and_its_clock_goes_on(edge: Edge, page: Page) -> 
     page.until("it is live again", lambda: page.text("#connection") == "live")
 
 
+def what_could_not_be_read_once_is_read_again(edge: Edge, page: Page) -> None:
+    page.browser.execute_script("""
+        const fetched = window.fetch;
+        window.fetch = (path, how) => {
+            if (!path.startsWith("/v1/closures/")) return fetched(path, how);
+            window.fetch = fetched;
+            return Promise.reject(new TypeError("cut"));
+        };
+    """)
+    edge.put_zone("cut-off", 30)
+    page.sought("cut-off")
+    page.until("its closure is known", lambda: [row.text[:17] for row in page.rows("zones")] == ["cut-off: in force"])
+    page.sought(" ")
+
+
 STORIES = (
     plans_flown_are_counted_beside_many_that_are_over,
     zones_beyond_the_first_are_found_and_lifted,
@@ -148,6 +161,7 @@ STORIES = (
     rows_stay_where_they_are,
     wind_batteries_and_pads_are_seen,
     an_edge_that_hangs_is_told_and_its_clock_goes_on,
+    what_could_not_be_read_once_is_read_again,
 )
 
 

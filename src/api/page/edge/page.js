@@ -116,9 +116,15 @@ async function followOnce() {
   const early = [];
   let lists = null;
   let failed = null;
+  const fail = (problem) => {
+    failed = problem;
+    // No later event tells what was not read, so the next stream begins with the lists; it may have begun.
+    lastEventId = "";
+    stream.abort(problem);
+  };
   const taken = (message) => {
     if (lists) early.push(message);
-    else take(message).catch((problem) => { failed = problem; stop.abort(); });
+    else if (!failed) take(message).catch(fail);
   };
   const opened = () => {
     connection("live", "live");
@@ -127,7 +133,7 @@ async function followOnce() {
     lists = readLists().then(() => {
       lists = null;
       for (const message of early.splice(0)) taken(message);
-    }, (problem) => { failed = problem; stop.abort(); });
+    }, fail);
   };
   try {
     await follow("/v1/events", lastEventId, stop.signal, opened, taken);
