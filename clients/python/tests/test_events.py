@@ -6,6 +6,7 @@ import itertools
 import pytest
 import skyway
 from fake_server import FakeServer, event, hang_up, say, stream
+from skyway.events import Stream
 
 AT_ONCE = ": skyway\nretry: 1\n"
 BUSY = {"code": "overloaded", "status": 503, "detail": "busy"}
@@ -78,6 +79,13 @@ def test_a_server_that_stays_away_is_given_up(ask):
     ):
         ask(server.url, 9, give_up_after_s=0.05)
     assert broken.value.code == "no_answer" and broken.value.place == server.url
+
+
+def test_a_server_may_stay_away_for_days():
+    patient = Stream(after=None, give_up_after_s=None)
+    pauses_s = [patient.pause_s() for _ in range(2000)]
+    assert pauses_s[:3] == [2.0, 4.0, 8.0]
+    assert max(pauses_s) == pauses_s[-1] == 30.0
 
 
 def test_data_in_several_lines_is_one_text():

@@ -12,6 +12,8 @@ from .errors import Problem
 
 RETRY_S = 2.0
 RETRY_MOST_S = 30.0
+DOUBLINGS_MOST = 32
+"""Of any pause, however short; a power of two beyond 1023 is no float."""
 SILENCE_S = 45.0
 """The server says every 15 s that it is there; a line that has been silent for three times that is cut."""
 BUSY = frozenset({429, 502, 503, 504})
@@ -65,7 +67,7 @@ class Stream:
         if self.give_up_after_s is not None and silent_s >= self.give_up_after_s:
             return None
         doubled_s = min(self._retry_s * 2**self._failures, RETRY_MOST_S)
-        self._failures += 1
+        self._failures = min(self._failures + 1, DOUBLINGS_MOST)
         return max(doubled_s, retry_after_s or 0.0)
 
     def take(self, piece: bytes) -> Iterator[Event]:
