@@ -102,6 +102,22 @@ def what_was_seen_is_lifted_and_nothing_newer(edge: Edge, page: Page) -> None:
     page.until("it is lifted", lambda: not edge.has_zone(name))
 
 
+def what_is_lifted_and_not_stored_is_not_asked_again(edge: Edge, page: Page) -> None:
+    page.browser.execute_script("""
+        const fetched = window.fetch;
+        window.fetch = (path, how) => {
+            if (how.method !== "DELETE" || path.includes("?")) return fetched(path, how);
+            window.fetch = fetched;
+            return Promise.resolve(new Response('{"code": "not_durable", "enforced": true}', { status: 507 }));
+        };
+    """)
+    page.find('[aria-label="Lift zone zone-002"]').click()
+    page.until("it asks", lambda: page.find("#lift-now").is_enabled())
+    page.find("#lift-now").click()
+    page.until("the question is gone", lambda: not page.find("#lift").is_displayed())
+    assert "lifted, but not stored" in page.text("#notice"), page.text("#notice")
+
+
 def rows_stay_where_they_are(edge: Edge, page: Page) -> None:
     gone = '[aria-label="Lift zone zone-001"]'
     page.until("what was lifted is gone", lambda: not page.browser.find_elements(By.CSS_SELECTOR, gone))
@@ -158,6 +174,7 @@ STORIES = (
     zones_beyond_the_first_are_found_and_lifted,
     a_click_alone_lifts_nothing,
     what_was_seen_is_lifted_and_nothing_newer,
+    what_is_lifted_and_not_stored_is_not_asked_again,
     rows_stay_where_they_are,
     wind_batteries_and_pads_are_seen,
     an_edge_that_hangs_is_told_and_its_clock_goes_on,

@@ -16,7 +16,7 @@ export function whenUnauthorized(listener) {
   onUnauthorized = listener;
 }
 
-/** An answer that is a problem: `status`, stable `code`, and a message for people. */
+/** An answer that is a problem: `status`, stable `code`, a message for people, and whether what was asked for is so all the same. */
 export class Problem extends Error {
   constructor(status, document) {
     const faults = (document?.errors ?? []).map((fault) => `${fault.pointer}: ${fault.message}`);
@@ -24,6 +24,7 @@ export class Problem extends Error {
     super(said.join("; "));
     this.status = status;
     this.code = document?.code ?? "";
+    this.enforced = document?.enforced === true;
   }
 }
 

@@ -1,6 +1,7 @@
 // The lists of zones and closures, patched in place, and the question before a zone is lifted.
 
 import { Problem, request } from "./api.js";
+import { notice } from "./panels.js";
 import { counted, hours, make, words } from "./words.js";
 import { LINES_MAX, setZone, standing, world } from "./world.js";
 
@@ -113,7 +114,9 @@ class LiftQuestion {
       await this.delete("");
       this.dialog.close();
     } catch (problem) {
-      await this.fail(problem);
+      if (!problem.enforced) return this.fail(problem);
+      this.dialog.close();
+      notice("The zone is lifted, but not stored yet: it may stand again if the edge restarts before its disk takes that.");
     }
   }
 

@@ -1,6 +1,7 @@
 // The form that closes a circle: placed on the map, previewed at every change, posted, and lifted again.
 
 import { request } from "./api.js";
+import { notice } from "./panels.js";
 import { counted, metres, words } from "./words.js";
 import { edgeTime, setStamp } from "./world.js";
 
@@ -116,7 +117,12 @@ export class Circle {
       setStamp(answer);
       this.close();
     } catch (problem) {
-      $("circle-effect").textContent = `Not posted: ${problem.message}`;
+      if (problem.enforced) {
+        this.close();
+        notice("The circle is closed, but not stored yet: it may be open again if the edge restarts before its disk takes that.");
+      } else {
+        $("circle-effect").textContent = `Not posted: ${problem.message}`;
+      }
     }
   }
 }

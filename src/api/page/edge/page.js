@@ -5,7 +5,7 @@ import { Problem, follow, read, readPages, useToken, whenUnauthorized } from "./
 import { drawGround, readInks } from "./canvas.js";
 import { Circle } from "./circle.js";
 import { drawTraffic, placesOf } from "./drawing.js";
-import { extraOf, sentence, showChosen, showClock, showCounts, showDrones, showEvents, showRecompositions, showStamp, showWind } from "./panels.js";
+import { extraOf, notice, sentence, showChosen, showClock, showCounts, showDrones, showEvents, showRecompositions, showStamp, showWind } from "./panels.js";
 import { LINES_MAX, POLL_MS, addRecomposition, apply, clearLists, edgeTime, setClock, setClosure, setDrones, setNetwork, setPlan, setPlanCounts, setStamp, setWeather, setZone, world } from "./world.js";
 import { View } from "./view.js";
 
@@ -35,12 +35,6 @@ const view = new View($("view"), () => { world.changed.add("view"); }, (place) =
 
 function pause(milliseconds) {
   return new Promise((resolve) => setTimeout(resolve, milliseconds));
-}
-
-/** Says something for a while above the map; nothing clears it. */
-function notice(text) {
-  $("notice").textContent = text ?? "";
-  $("notice").hidden = !text;
 }
 
 function connection(state, text) {

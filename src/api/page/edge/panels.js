@@ -6,6 +6,12 @@ import { LINES_MAX, edgeTime, standing, windNow, world } from "./world.js";
 
 const $ = (id) => document.getElementById(id);
 
+/** Says something for a while above the map; nothing clears it. */
+export function notice(text) {
+  $("notice").textContent = text ?? "";
+  $("notice").hidden = !text;
+}
+
 export function extra(length) {
   if (length === null || length === undefined) return "";
   const rounded = Math.round(length);
