@@ -42,12 +42,14 @@ class Edge:
     def compose(self, name: str, **more: str) -> None:
         self.ask("POST", "/v1/plans", json={"source": "379", "destination": "450", "id": name} | more)
 
-    def put_zone(self, name: str, radius_m: float, **headers: str) -> None:
+    def put_zone(self, name: str, radius_m: float, until: str | None = None, **headers: str) -> None:
         feature = {
             "type": "Feature",
             "geometry": {"type": "Point", "coordinates": CENTRE},
             "properties": {"radius_m": radius_m, "name": name},
         }
+        if until:
+            feature["properties"]["windows"] = [{"from": "2020-01-01T00:00:00Z", "until": until}]
         self.ask("PUT", f"/v1/zones/{name}", json=feature, headers=headers)
 
     def has_zone(self, name: str) -> bool:
@@ -154,6 +156,13 @@ def an_edge_that_hangs_is_told_and_its_clock_goes_on(edge: Edge, page: Page) -> 
     page.until("it is live again", lambda: page.text("#connection") == "live")
 
 
+def an_end_on_another_day_has_its_date(edge: Edge, page: Page) -> None:
+    edge.put_zone("for-long", 30, until="2100-01-01T10:30:00Z")
+    page.sought("for-long")
+    page.until("its end is told", lambda: ", until 2100-01-01 10:30:00" in page.text("#zones"))
+    page.sought(" ")
+
+
 def what_could_not_be_read_once_is_read_again(edge: Edge, page: Page) -> None:
     page.browser.execute_script("""
         const fetched = window.fetch;
@@ -178,6 +187,7 @@ STORIES = (
     rows_stay_where_they_are,
     wind_batteries_and_pads_are_seen,
     an_edge_that_hangs_is_told_and_its_clock_goes_on,
+    an_end_on_another_day_has_its_date,
     what_could_not_be_read_once_is_read_again,
 )
 

@@ -13,6 +13,12 @@ export function hours(instant) {
   return new Date(instant).toISOString().slice(11, 19);
 }
 
+/** The hours of an instant, and its date where that is another one than now; UTC. */
+export function dated(instant, now) {
+  const day = (time) => new Date(time).toISOString().slice(0, 10);
+  return now !== null && day(instant) === day(now) ? hours(instant) : `${day(instant)} ${hours(instant)}`;
+}
+
 /** A count with its noun. */
 export function counted(count, noun) {
   return `${count} ${noun}${count === 1 ? "" : noun.endsWith("ch") ? "es" : "s"}`;

@@ -2,8 +2,8 @@
 
 import { Problem, request } from "./api.js";
 import { notice } from "./panels.js";
-import { counted, hours, make, words } from "./words.js";
-import { LINES_MAX, setZone, standing, world } from "./world.js";
+import { counted, dated, make, words } from "./words.js";
+import { LINES_MAX, edgeTime, setZone, standing, world } from "./world.js";
 
 const $ = (id) => document.getElementById(id);
 const STANDING = { active: "in force", coming: "to come", over: "over" };
@@ -71,12 +71,12 @@ function zoneText(zone) {
   const until = zone.properties?.windows?.at(-1)?.until;
   const reason = zone.properties?.reason;
   const name = zone.properties?.name ?? zone.id;
-  return `${name}: ${STANDING[standing(zone)]}${until ? `, until ${hours(until)}` : ""}${reason ? ` (${reason})` : ""}`;
+  return `${name}: ${STANDING[standing(zone)]}${until ? `, until ${dated(until, edgeTime())}` : ""}${reason ? ` (${reason})` : ""}`;
 }
 
 function closureText(closure) {
   const who = closure.reported_by ? ` by ${closure.reported_by}` : "";
-  const until = closure.until ? `, until ${hours(closure.until)}` : "";
+  const until = closure.until ? `, until ${dated(closure.until, edgeTime())}` : "";
   return `${closure.id}: ${words(closure.reason ?? closure.cause)}${who}${until}`;
 }
 
