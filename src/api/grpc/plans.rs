@@ -95,7 +95,7 @@ pub(super) async fn decline(
 ) -> Result<wire::Plan<'static>, Refusal> {
     let key = idempotency(message.idempotency_key.clone(), &message);
     let word = PlanWord::Decline(wire::Decline {
-        version: message.version,
+        version: version(message.version)?,
         reason: message.reason,
         location: place(message.location)?,
         leg: message.leg,
@@ -165,11 +165,22 @@ pub(super) fn acknowledgement(
     message: proto::AcknowledgePlanRequest,
 ) -> Result<wire::Ack, Refusal> {
     Ok(wire::Ack {
-        version: message.version,
+        version: version(message.version)?,
         location: place(message.location)?,
         leg: message.leg,
         fraction: share(message.fraction)?,
     })
+}
+
+/// The version that a drone speaks of. They are counted from 1: 0 is what a message says that leaves it out.
+fn version(number: u32) -> Result<u32, Refusal> {
+    match number {
+        0 => {
+            let message = "the field 'version' is missing".to_owned();
+            Err(invalid("missing_field", "/version", message))
+        }
+        _ => Ok(number),
+    }
 }
 
 /// How far on a leg a drone says that it is: as REST has it, from 0 to 1.

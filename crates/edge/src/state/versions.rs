@@ -31,6 +31,9 @@ impl State {
         if plan.is_quote() {
             return Err(only_quoted(id));
         }
+        if version == 0 {
+            return Err(never_sent(&plan, version));
+        }
         if version < plan.reported.number {
             // Said before, and come late.
             return Ok(Done::Plan(self.hear_while_active(&plan)));

@@ -119,6 +119,7 @@ fn numbers_that_json_cannot_have_are_refused_with_their_place() {
     assert_eq!(refusal.faults[0].pointer, "/payload_kg");
 
     let acknowledged = |place| proto::AcknowledgePlanRequest {
+        version: 1,
         location: Some(proto::Place { place }),
         ..Default::default()
     };

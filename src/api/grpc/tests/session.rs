@@ -313,3 +313,22 @@ async fn a_session_may_be_without_drones_for_as_long_as_at_its_beginning() {
     sleep(Duration::from_secs(5)).await;
     line.hello("b").await;
 }
+
+#[tokio::test]
+async fn a_word_that_leaves_its_version_out_is_refused() {
+    let (_, _, mut line) = begun(simulated()).await;
+    line.hello("d").await;
+    let said = [
+        Said::Acknowledge(proto::AcknowledgePlanRequest::default()),
+        Said::Decline(proto::DeclinePlanRequest::default()),
+    ];
+    for word in said {
+        line.say(Some(1), word).await;
+        let (Some(1), Told::Problem(problem)) = line.told().await else {
+            panic!("no problem");
+        };
+        let fault = &problem.errors[0];
+        let told = (fault.code.as_str(), fault.pointer.as_str());
+        assert_eq!(told, ("missing_field", "/version"));
+    }
+}
