@@ -14,6 +14,7 @@ use super::requests::invalid;
 use crate::access::Caller;
 use crate::api::operations::Operation;
 use crate::api::problem::{document, grpc_status};
+use crate::api::server::unread;
 use crate::edge::{Code, Edge, Mail, MailStream, Refusal, Session};
 use crate::wire;
 use std::mem;
@@ -108,7 +109,12 @@ impl Conversation {
                     let speaker = self.speaker.clone();
                     self.answering = Some(Box::pin(speaker.hear(request)));
                 }
-                Poll::Ready(Some(Err(status))) => return Poll::Ready(Some(Err(status))),
+                Poll::Ready(Some(Err(status))) => {
+                    // The gate, which tells tonic's words in ours, sees no end of a session.
+                    let refusal = unread(&status);
+                    let status = refusal.map_or(status, |refusal| grpc_status(&refusal));
+                    return Poll::Ready(Some(Err(status)));
+                }
                 Poll::Ready(None) => return Poll::Ready(None),
                 Poll::Pending => return self.await_hello(context),
             }

@@ -29,6 +29,7 @@ pub use authentication::{Authentication, FindCaller, KnownTokens};
 pub use drain::Drain;
 pub use gate_config::{GateConfig, Slots};
 pub use queue_wait::QueueWait;
+pub(crate) use refuse::unread;
 pub use request::{RequestContext, RequestId};
 pub use services::{Answering, GrpcHandler, RestAnswering, RestHandler, Services};
 

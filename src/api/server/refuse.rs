@@ -96,24 +96,33 @@ fn find_grpc(response: &Response<Content>) -> Finding {
     if let Some(refusal) = problem::of_grpc_status(status) {
         return Finding::Told(refusal.code);
     }
-    // tonic's words for a message that cannot be decoded, and for one beyond the limit. As a server has no
-    // other cause for them, a client reads its own mistake instead of a defect of the edge.
+    if let Some(refusal) = unread(status) {
+        return Finding::Foreign(refusal);
+    }
     let message = status.message();
     let refusal = match status.code() {
         tonic::Code::Ok => return Finding::Fine,
-        tonic::Code::Internal | tonic::Code::InvalidArgument => {
-            let detail = format!("the message cannot be decoded: {message}");
-            Refusal::new(Code::BodyInvalid, detail)
-        }
-        tonic::Code::OutOfRange | tonic::Code::ResourceExhausted => Refusal::new(
-            Code::BodyTooLarge,
-            "the message is larger than is read here",
-        ),
         tonic::Code::Unimplemented => Refusal::new(Code::MethodNotAllowed, message),
         tonic::Code::NotFound => Refusal::new(Code::NotFound, message),
         _ => Refusal::new(Code::Internal, message),
     };
     Finding::Foreign(refusal)
+}
+
+/// The refusal of a message that tonic does not read, in place of its words for one that cannot be decoded and for one beyond the
+/// limit. As a server has no other cause for them, a client reads its own mistake instead of a defect of the edge.
+pub(crate) fn unread(status: &tonic::Status) -> Option<Refusal> {
+    match status.code() {
+        tonic::Code::Internal | tonic::Code::InvalidArgument => {
+            let detail = format!("the message cannot be decoded: {}", status.message());
+            Some(Refusal::new(Code::BodyInvalid, detail))
+        }
+        tonic::Code::OutOfRange | tonic::Code::ResourceExhausted => Some(Refusal::new(
+            Code::BodyTooLarge,
+            "the message is larger than is read here",
+        )),
+        _ => None,
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A session, from the client's side.
 
-use super::services::{Routes, call, context, delivery, passed, path, services_by};
+use super::services::{Routes, call, code, context, delivery, passed, path, services_by};
 use crate::access::{Caller, Role};
 use crate::api::grpc::Health;
 use crate::api::grpc::convert::timestamp;
@@ -9,7 +9,7 @@ use crate::api::grpc::proto::session_response::Body as Told;
 use crate::api::grpc::proto::{self, SessionRequest, SessionResponse};
 use crate::api::server::RequestContext;
 use crate::clock::Clock;
-use crate::edge::{Edge, Idempotency, ZoneWrite};
+use crate::edge::{Code, Edge, Idempotency, ZoneWrite};
 use serde_json::json;
 use std::sync::Arc;
 use std::time::Duration;
@@ -331,4 +331,15 @@ async fn a_word_that_leaves_its_version_out_is_refused() {
         let told = (fault.code.as_str(), fault.pointer.as_str());
         assert_eq!(told, ("missing_field", "/version"));
     }
+}
+
+#[tokio::test]
+async fn a_message_beyond_the_limit_ends_its_session_with_a_code() {
+    let (_, _, mut line) = begun(simulated()).await;
+    line.hello("d").await;
+    line.say(Some(1), seen(&"d".repeat(2 << 20), "1")).await;
+    let status = line.next().await.expect("an end").expect_err("too large");
+    assert_eq!(status.code(), tonic::Code::ResourceExhausted);
+    assert_eq!(code(&status), Code::BodyTooLarge);
+    assert!(line.next().await.is_none());
 }
