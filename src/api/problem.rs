@@ -159,7 +159,7 @@ problems! {
         "What is known cannot be read or written just now. Try again after the time given.";
     StoreFull "store_full" INSUFFICIENT_STORAGE Unavailable "the store takes nothing more"
         "The disk of the store is full or failing. The write is not acknowledged. Free it, and try again.";
-    NotDurable "not_durable" INSUFFICIENT_STORAGE Unavailable "in force, but not stored"
+    NotDurable "not_durable" INSUFFICIENT_STORAGE DataLoss "in force, but not stored"
         "It is in force at this edge, but its disk has not taken it: a restart may undo it. It is stored as soon as the disk works; read it to see its version.";
     DeadlineExceeded "deadline_exceeded" GATEWAY_TIMEOUT DeadlineExceeded "the deadline passed"
         "There was no answer within the time allowed. The work was stopped.";
@@ -396,6 +396,12 @@ mod tests {
                     .all(|letter| letter.is_ascii_lowercase() || letter == '_')
             );
         }
+    }
+
+    #[test]
+    fn what_is_in_force_is_not_repeated_by_a_retry_policy() {
+        let is_retried = |code| row(code).grpc == tonic::Code::Unavailable;
+        assert!(is_retried(Code::StoreFull) && !is_retried(Code::NotDurable));
     }
 
     #[test]
