@@ -17,6 +17,7 @@ mod memory;
 mod memory_store;
 mod messages;
 mod pages;
+mod positions;
 mod postgres;
 mod readiness;
 mod restored;
