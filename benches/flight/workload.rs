@@ -221,6 +221,7 @@ impl Workload {
                     false => self.airframe.full_charge,
                 },
                 on_ground: !under_way,
+                pad: None,
                 flown_m: 0.0,
                 drawn: 0.0,
                 stretch: None,
