@@ -295,6 +295,7 @@ pub(crate) fn compose(
 ) -> PyResult<Plan> {
     let flight = drone.fly_in(&world.ground, airspace)?;
     let request = DeliveryRequest {
+        pad: None,
         source,
         destination,
         start_s: flight.start_s,
