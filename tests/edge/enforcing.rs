@@ -445,6 +445,7 @@ async fn what_a_drone_has_passed_before_its_turn_came_is_named_too() {
     for event in relieved {
         assert_eq!(event["causes"], json!(["near"]));
         assert_eq!(event["plan"]["affected_by"], json!(["far"]));
+        assert_eq!(event["plan"]["flags"], json!(["affected"]));
     }
 }
 

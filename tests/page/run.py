@@ -63,6 +63,22 @@ def plans_flown_are_counted_beside_many_that_are_over(edge: Edge, page: Page) ->
     page.until("the plans flown are counted", lambda: f"{len(FLOWN)} plans flown" in counts())
 
 
+def what_events_tell_of_plans_breaks_no_stream(edge: Edge, page: Page) -> None:
+    page.browser.execute_script("""
+        const abort = AbortController.prototype.abort;
+        window.broken = [];
+        AbortController.prototype.abort = function (reason) {
+            window.broken.push(String(reason));
+            return abort.call(this, reason);
+        };
+    """)
+    edge.compose("told-by-an-event")
+    page.until("it is told", lambda: "told-by-an-event" in page.text("#events"))
+    edge.ask("DELETE", "/v1/plans/told-by-an-event")
+    page.until("its end is told", lambda: page.text("#events").count("told-by-an-event") >= 2)
+    assert page.browser.execute_script("return window.broken") == []
+
+
 def zones_beyond_the_first_are_found_and_lifted(edge: Edge, page: Page) -> None:
     page.until("the first zones are listed", lambda: len(page.rows("zones")) == SHOWN_AT_FIRST)
     assert f"{ZONES - SHOWN_AT_FIRST} of {ZONES}" in page.text("#zones-more"), page.text("#zones-more")
@@ -180,6 +196,7 @@ def what_could_not_be_read_once_is_read_again(edge: Edge, page: Page) -> None:
 
 STORIES = (
     plans_flown_are_counted_beside_many_that_are_over,
+    what_events_tell_of_plans_breaks_no_stream,
     zones_beyond_the_first_are_found_and_lifted,
     a_click_alone_lifts_nothing,
     what_was_seen_is_lifted_and_nothing_newer,

@@ -434,6 +434,7 @@ pub(super) fn plan_summary(snapshot: &Snapshot, entry: &PlanEntry) -> Value {
         "reported": brief(&entry.reported),
         "wanted": entry.wanted.as_deref().map(brief),
         "affected_by": snapshot.affecting(entry).collect::<Vec<_>>(),
+        "flags": flags(snapshot, entry),
     });
     if let Some(ended_as) = entry.ended_as {
         summary["ended_as"] = serde_json::json!(ended_as);

@@ -167,11 +167,9 @@ export function setClosure(closure) {
   world.changed.add("zones");
 }
 
-/** Forgets what lists and events tell, before they are read again. */
+/** Forgets what lists and events tell, before they are read again. The clock goes on until it is read, however long that takes. */
 export function clearLists() {
   for (const kept of [world.plans, world.zones, world.etags, world.closures, world.inForce]) kept.clear();
-  // An edge that has started again may show an earlier time.
-  world.clock = null;
 }
 
 /** Puts an answer on top of the list. */
