@@ -150,7 +150,7 @@ fn settle(
     let is_given_up = now.duration_since(asked_since) >= ASKED_FOR;
     match answer {
         Ok(CalledOff::Cancelled) => (end(order, true, now), Some(FleetDroneState::Available)),
-        // Nobody has said that it was ever taken on.
+        // Its edge has never said that it takes it on.
         Ok(CalledOff::Unknown) if order.delivery.status == DeliveryStatus::Created => {
             (end(order, true, now), Some(FleetDroneState::Available))
         }
