@@ -213,7 +213,7 @@ async fn a_flight_that_would_come_too_late_is_called_off_for_another_drone() {
 }
 
 #[tokio::test]
-async fn nobody_is_told_of_another_flight_of_a_drone() {
+async fn no_customer_is_told_of_another_flight_of_a_drone() {
     let world = World::with_drones(&["depot"]).await;
     let flown = world.order("shop", "door").await;
     world.assign().await;

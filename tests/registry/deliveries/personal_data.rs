@@ -79,7 +79,7 @@ async fn an_order_keeps_its_recipient_while_its_customers_data_are_deleted() {
 }
 
 #[tokio::test]
-async fn a_proof_that_comes_after_its_customers_data_were_deleted_names_nobody() {
+async fn a_proof_that_comes_after_its_customers_data_were_deleted_names_no_person() {
     let world = World::with_drones(&["depot"]).await;
     let id = world.order("shop", "door").await;
     world.assign().await;

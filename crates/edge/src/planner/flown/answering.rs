@@ -253,7 +253,7 @@ impl Flights {
         }
     }
 
-    /// The battery of a drone on a pad so many seconds after it was handled there; that with which it is handled, before.
+    /// The battery of a drone on a pad, a time in seconds after it was handled there; before that, the battery with which it landed.
     fn charged(&self, plan: &PlanEntry, stop: &Stop, after_s: f64) -> f64 {
         let charging = self.kind_of(plan).airframe.charging();
         match stop.kind {

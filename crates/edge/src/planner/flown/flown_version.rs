@@ -89,7 +89,7 @@ impl FlownVersion {
         self.composition.plan.stops.iter().map(|stop| stop.node)
     }
 
-    /// The energy that its drone draws on a leg with so many metres ahead of it and on what follows, in watt hours.
+    /// The energy that its drone draws from a place on a leg to the end, in watt hours; `remaining_m` lie ahead of it.
     pub(super) fn energy_ahead_wh(&self, leg: usize, remaining_m: f64) -> f64 {
         let (plan, figures) = (&self.composition.plan, &self.composition.figures);
         let length_m = |leg: &LegFigures| leg.length_m;
